@@ -1,0 +1,81 @@
+"""What a run leaves behind, from the simulator or the robot: plain arrays, so that both go through the same metrics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.errors import FileProblem
+from symdyn.files import write_with
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One robot over S samples at a fixed rate. Legs in the order of symdyn.legs.LEGS, joints in that of JOINTS.
+
+    Attributes:
+        dt: time between samples, s.
+        mass: of the robot, kg.
+        gravity: m/s^2.
+        velocity_command: (S, 3) v_x, v_y (m/s), yaw rate (rad/s).
+        velocity_h: (S, 3) the same, realised, in the heading frame.
+        base_pos_w: (S, 3) m.
+        joint_pos: (S, 12) rad.
+        joint_vel: (S, 12) rad/s.
+        joint_torque: (S, 12) N m.
+        contact: (S, 4) bool, whether a foot bears load.
+        desired_stance: (S, 4) bool, whether it should.
+        stride_phase: (S,) phi in [0, 1).
+        offsets: (S, 4) theta of the commanded gait.
+        period: (S,) commanded stride period, s.
+        duty: (S,) commanded duty factor.
+    """
+
+    dt: float
+    mass: float
+    gravity: float
+    velocity_command: Floats
+    velocity_h: Floats
+    base_pos_w: Floats
+    joint_pos: Floats
+    joint_vel: Floats
+    joint_torque: Floats
+    contact: NDArray[np.bool_]
+    desired_stance: NDArray[np.bool_]
+    stride_phase: Floats
+    offsets: Floats
+    period: Floats
+    duty: Floats
+
+    @property
+    def time(self) -> Floats:
+        """(S,) s from the start."""
+        return self.dt * np.arange(len(self.stride_phase))
+
+    def between(self, start: float, stop: float) -> Recording:
+        """The samples with start <= time < stop, s."""
+        first, last = round(start / self.dt), round(stop / self.dt)
+        cut = {
+            f.name: value[first:last] if isinstance(value := getattr(self, f.name), np.ndarray) else value
+            for f in fields(self)
+        }
+        return Recording(**cut)
+
+    def save(self, path: Path) -> None:
+        """Write as .npz. Raises FileProblem."""
+        write_with(path, lambda temporary: np.savez_compressed(temporary, **vars(self)))
+
+    @classmethod
+    def load(cls, path: Path) -> Recording:
+        """Read :meth:`save`'s file. Raises FileProblem if it is missing or no recording."""
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                values = {f.name: data[f.name] for f in fields(cls)}
+        except (OSError, ValueError, KeyError) as error:
+            raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
+        return cls(**{name: float(v) if v.ndim == 0 else v for name, v in values.items()})
