@@ -14,35 +14,21 @@ from tensordict import TensorDict
 
 from rl import rewards
 from rl.commands import CommandConfig, Commands, uniform
-from rl.physics import Physics, Pose, RobotState
+from rl.physics import Physics, Pose, RobotState, heading_velocity
 from rl.privileged import PRIVILEGED, privileged_terms
 from rl.randomization import RandomizationConfig
 from rl.rewards import RewardConfig
+from rl.termination import TerminationConfig, fallen
 from symdyn import phase as clock
 from symdyn.errors import InvalidValue
 from symdyn.files import write_json
-from symdyn.frames import projected_gravity, to_heading
+from symdyn.frames import projected_gravity
 from symdyn.legs import JOINTS
 from symdyn.observation import OBSERVATION, command_terms
 from symdyn.robot import GO2, Robot
 from symdyn.timing import TimingCurve
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class TerminationConfig:
-    """When an episode ends before its time.
-
-    Attributes:
-        height: trunk origin lower than this, m.
-        roll: trunk rolled further than this, rad.
-        pitch: trunk pitched further than this, rad.
-    """
-
-    height: float = 0.18
-    roll: float = 0.8
-    pitch: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -158,7 +144,7 @@ class GaitEnv(VecEnv):
         terms = self._reward_terms(state, actions)
         reward = rewards.total(terms, self.cfg.rewards.total)
         reward[diverged] = 0.0
-        fell = self._fallen(state) | diverged
+        fell = fallen(state, self.cfg.termination) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
         extras = {"time_outs": time_out.float(), "log": self._log_values(terms, fell)}
         self.last_action = actions
@@ -249,13 +235,6 @@ class GaitEnv(VecEnv):
             )
         return terms
 
-    def _fallen(self, state: RobotState) -> torch.Tensor:
-        t = self.cfg.termination
-        gravity = projected_gravity(state.base_quat_w)
-        roll = torch.atan2(gravity[:, 1], gravity[:, 2].neg()).abs()
-        pitch = torch.asin(gravity[:, 0].clamp(-1.0, 1.0)).abs()
-        return (state.base_pos_w[:, 2] < t.height) | (roll > t.roll) | (pitch > t.pitch)
-
     def _log_values(self, terms: dict[str, torch.Tensor], fell: torch.Tensor) -> dict[str, torch.Tensor]:
         log = {f"reward/{name}": value.mean() for name, value in terms.items()}
         log["task/x_velocity_error"] = (self.velocity_h[:, 0] - self.commands.velocity[:, 0]).abs().mean()
@@ -334,12 +313,3 @@ class GaitEnv(VecEnv):
             value[diverged] = 0.0
             clean[name] = value
         return RobotState(**clean)
-
-
-def heading_velocity(state: RobotState) -> torch.Tensor:
-    """Forward and lateral velocity (m/s) and yaw rate (rad/s) in the heading frame, (N, 3)."""
-    planar = to_heading(state.base_quat_w, state.base_lin_vel_w)[:, :2]
-    gravity = projected_gravity(state.base_quat_w)
-    # the vertical component of the angular velocity: minus its projection on gravity's direction
-    yaw_rate = -(gravity * state.base_ang_vel_b).sum(dim=1, keepdim=True)
-    return torch.cat([planar, yaw_rate], dim=1)

@@ -9,6 +9,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from symdyn.frames import projected_gravity, to_heading
+
 
 @dataclass(frozen=True)
 class RobotState:
@@ -99,3 +101,12 @@ class Physics(Protocol):
     def dump(self, env: int) -> dict[str, list[float]]:
         """One robot's full state as numbers, to replay what went wrong."""
         ...
+
+
+def heading_velocity(state: RobotState) -> torch.Tensor:
+    """Forward and lateral velocity (m/s) and yaw rate (rad/s) in the heading frame, (N, 3)."""
+    planar = to_heading(state.base_quat_w, state.base_lin_vel_w)[:, :2]
+    gravity = projected_gravity(state.base_quat_w)
+    # the vertical component of the angular velocity: minus its projection on gravity's direction
+    yaw_rate = -(gravity * state.base_ang_vel_b).sum(dim=1, keepdim=True)
+    return torch.cat([planar, yaw_rate], dim=1)

@@ -1,0 +1,33 @@
+"""When a robot counts as fallen: in training, evaluation and every experiment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+
+from rl.physics import RobotState
+from symdyn.frames import projected_gravity
+
+
+@dataclass(frozen=True)
+class TerminationConfig:
+    """When an episode ends before its time.
+
+    Attributes:
+        height: trunk origin lower than this, m.
+        roll: trunk rolled further than this, rad.
+        pitch: trunk pitched further than this, rad.
+    """
+
+    height: float = 0.18
+    roll: float = 0.8
+    pitch: float = 1.0
+
+
+def fallen(state: RobotState, limits: TerminationConfig) -> torch.Tensor:
+    """Which of N robots have fallen, (N,) bool."""
+    gravity = projected_gravity(state.base_quat_w)
+    roll = torch.atan2(gravity[:, 1], gravity[:, 2].neg()).abs()
+    pitch = torch.asin(gravity[:, 0].clamp(-1.0, 1.0)).abs()
+    return (state.base_pos_w[:, 2] < limits.height) | (roll > limits.roll) | (pitch > limits.pitch)
