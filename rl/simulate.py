@@ -1,0 +1,216 @@
+"""Run a policy file through scripted commands on the nominal model, and record it at the rate of the physics.
+
+Nothing of the task is restated here: clock, observation, timing, model, falls and frames are the functions that training
+calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from rl.batch_physics import BatchPhysics
+from rl.model import build_model
+from rl.physics import Pose, RobotState, heading_velocity
+from rl.termination import TerminationConfig, fallen
+from symdyn import phase as clock
+from symdyn.errors import InvalidValue
+from symdyn.frames import projected_gravity
+from symdyn.gaits import Gait
+from symdyn.legs import LEGS
+from symdyn.observation import OBSERVATION, command_terms
+from symdyn.policy import Policy
+from symdyn.recording import Recording
+from symdyn.robot import Robot
+from symdyn.timing import GRAVITY
+
+CONTACT_FORCE = 1.0
+"""N; a foot that bears more is in contact."""
+
+_AT_ONCE = 96
+
+
+@dataclass(frozen=True)
+class Segment:
+    """From ``start`` on (s), run this gait at this velocity (v_x, v_y in m/s, yaw rate in rad/s)."""
+
+    start: float
+    gait: Gait
+    velocity: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Script:
+    """Commands of one episode.
+
+    Attributes:
+        name: what to call it.
+        segments: in order of time; the first starts at 0.
+        duration: s.
+        seed: decides the initial stride phase.
+    """
+
+    name: str
+    segments: tuple[Segment, ...]
+    duration: float
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        starts = [segment.start for segment in self.segments]
+        if not starts or starts[0] != 0.0 or starts != sorted(set(starts)) or self.duration <= starts[-1]:
+            raise InvalidValue(f"The segments of script {self.name!r}", starts, "rising times from 0 to below the duration")
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A script and what came of it.
+
+    Attributes:
+        script: the commands.
+        recording: until the end or the fall.
+        fell_at: time of the fall, s, or None.
+    """
+
+    script: Script
+    recording: Recording
+    fell_at: float | None
+
+
+def run(
+    policy: Policy,
+    scripts: Sequence[Script],
+    robot: Robot,
+    on_progress: Callable[[int], None] | None = None,
+) -> list[Episode]:
+    """Run every script; the results are in the order of the scripts and do not depend on how they are grouped.
+
+    Args:
+        policy: made for ``robot``.
+        scripts: any number.
+        robot: whose model.
+        on_progress: called with the number of scripts done.
+    """
+    order = sorted(range(len(scripts)), key=lambda i: scripts[i].duration)
+    found: dict[int, Episode] = {}
+    for group in _groups(order):
+        episodes = _run_together(policy, [scripts[i] for i in group], robot)
+        found.update(zip(group, episodes, strict=True))
+        if on_progress is not None:
+            on_progress(len(found))
+    return [found[i] for i in range(len(scripts))]
+
+
+def _groups(order: list[int]) -> Iterator[list[int]]:
+    for start in range(0, len(order), _AT_ONCE):
+        yield order[start : start + _AT_ONCE]
+
+
+class _Commands:
+    """The scripts of several robots as arrays that follow the time."""
+
+    def __init__(self, scripts: Sequence[Script]) -> None:
+        self._scripts = scripts
+        self._next = [0] * len(scripts)
+        self.offsets = np.zeros((len(scripts), len(LEGS)))
+        self.velocity = np.zeros((len(scripts), 3))
+
+    def at(self, time: float) -> None:
+        """Take over all segments that have started."""
+        for i, script in enumerate(self._scripts):
+            while self._next[i] < len(script.segments) and script.segments[self._next[i]].start <= time + 1e-9:
+                segment = script.segments[self._next[i]]
+                self.offsets[i] = segment.gait.theta
+                self.velocity[i] = segment.velocity
+                self._next[i] += 1
+
+
+def _run_together(policy: Policy, scripts: Sequence[Script], robot: Robot) -> list[Episode]:
+    n = len(scripts)
+    meta = policy.metadata
+    physics = BatchPhysics(build_model(robot), robot, n)
+    physics.reset(np.arange(n), _standing(n, robot))
+    commands = _Commands(scripts)
+    phase = np.array([np.random.default_rng(script.seed).random() for script in scripts])
+    action = np.zeros((n, len(robot.joint_names)))
+    steps = round(max(script.duration for script in scripts) / robot.control_dt)
+    samples: list[dict[str, NDArray]] = []
+    fell_at = np.full(n, np.inf)
+    limits = TerminationConfig()
+    state = physics.read()
+    for step in range(steps):
+        time = step * robot.control_dt
+        commands.at(time)
+        v_x = commands.velocity[:, 0]
+        duty = policy.timing.duty(v_x, meta.leg_length)
+        period = policy.timing.period(v_x, meta.leg_length)
+        legs = clock.leg_phase(phase, commands.offsets, v_x, meta.time_reversal)
+        obs = OBSERVATION.assemble(
+            {
+                "projected_gravity_b": projected_gravity(_numpy(state.base_quat_w)),
+                "joint_pos_rel": _numpy(state.joint_pos) - np.array(meta.default_joint_pos),
+                "joint_vel": _numpy(state.joint_vel),
+                "last_action": action,
+                **command_terms(commands.offsets, commands.velocity, legs, duty),
+            }
+        )
+        # a robot that fell may be anywhere; its recording has ended, and it must not spoil the others' batch
+        action = np.where(np.isfinite(fell_at)[:, None], 0.0, policy.act(np.nan_to_num(obs)))
+        physics.set_targets(policy.targets(action))
+        for _ in range(physics.substeps):
+            physics.substep()
+            phase = clock.advance(phase, period, robot.control_dt / physics.substeps)
+            state = physics.read()
+            legs = clock.leg_phase(phase, commands.offsets, v_x, meta.time_reversal)
+            samples.append(_sample(state, phase, commands, period, duty, ~clock.in_swing(legs, duty)))
+        down = (fallen(state, limits) | ~state.finite()).numpy() & np.isinf(fell_at)
+        fell_at[down] = time + robot.control_dt
+    columns = {key: np.stack([sample[key] for sample in samples], axis=1) for key in samples[0]}
+    dt = robot.control_dt / physics.substeps
+    mass = float(physics.model.body_mass.sum())
+    episodes = []
+    for i, script in enumerate(scripts):
+        fell = float(fell_at[i]) if fell_at[i] < script.duration else None
+        last = round((script.duration if fell is None else fell) / dt)
+        arrays = {key: column[i, :last] for key, column in columns.items()}
+        episodes.append(Episode(script, Recording(dt=dt, mass=mass, gravity=GRAVITY, **arrays), fell))
+    return episodes
+
+
+def _standing(n: int, robot: Robot) -> Pose:
+    position = np.zeros((n, 3))
+    position[:, 2] = robot.base_height_range[0]
+    upright = np.zeros((n, 4))
+    upright[:, 0] = 1.0
+    return Pose(position, upright, np.zeros((n, 3)), np.tile(robot.default_joint_pos, (n, 1)))
+
+
+def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:
+    return tensor.double().numpy()
+
+
+def _sample(
+    state: RobotState,
+    phase: NDArray[np.float64],
+    commands: _Commands,
+    period: NDArray[np.float64],
+    duty: NDArray[np.float64],
+    desired_stance: NDArray[np.bool_],
+) -> dict[str, NDArray]:
+    return {
+        "velocity_command": commands.velocity.copy(),
+        "velocity_h": _numpy(heading_velocity(state)),
+        "base_pos_w": _numpy(state.base_pos_w),
+        "joint_pos": _numpy(state.joint_pos),
+        "joint_vel": _numpy(state.joint_vel),
+        "joint_torque": _numpy(state.joint_torque),
+        "contact": (state.foot_force_w.norm(dim=-1) > CONTACT_FORCE).numpy(),
+        "desired_stance": desired_stance,
+        "stride_phase": phase,
+        "offsets": commands.offsets.copy(),
+        "period": period,
+        "duty": duty,
+    }
