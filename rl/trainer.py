@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import signal
 import time
 from collections import deque
@@ -57,6 +58,7 @@ class Trainer:
         self.ppo = make_ppo(config.ppo, self.env)
         self.iteration = 0
         self.seconds = 0.0
+        self.interrupted = False
         self._returns = torch.zeros(config.num_envs)
         self._lengths = torch.zeros(config.num_envs)
         self._episodes: deque[tuple[float, float]] = deque(maxlen=_EPISODES_AVERAGED)
@@ -85,21 +87,23 @@ class Trainer:
         self._lengths = state["lengths"].clone()
         self._episodes.extend(tuple(pair) for pair in state["episodes"])
 
-    def train(self, watch: Watcher | None = None) -> bool:
-        """Train until ``config.iterations`` updates are done, or until SIGINT or SIGTERM.
+    def train(self, watch: Watcher | None = None, time_limit_s: float = math.inf) -> bool:
+        """Train until ``config.iterations`` updates are done, the time is up, or SIGINT or SIGTERM comes.
 
         Args:
             watch: called after every update.
+            time_limit_s: no update is begun after so many seconds.
 
         Returns:
-            Whether all updates are done; False after a signal. A checkpoint is written in either case.
+            Whether all updates are done. A checkpoint is written in every case; ``interrupted`` tells of a signal.
         """
+        end = time.monotonic() + time_limit_s
         log = RunLog(self.run, self.iteration)
         self.ppo.train_mode()
         saved_at = self.iteration
         try:
             with stop_on_signal() as stop:
-                while self.iteration < self.config.iterations and not stop:
+                while self.iteration < self.config.iterations and not stop and time.monotonic() < end:
                     record = self._update()
                     log.add(record)
                     if watch is not None:
@@ -111,6 +115,7 @@ class Trainer:
                 if saved_at != self.iteration:
                     log.sync()
                     self._save()
+                self.interrupted = bool(stop)
         finally:
             log.close()
         return self.iteration >= self.config.iterations

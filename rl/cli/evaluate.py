@@ -1,0 +1,62 @@
+"""``symdyn evaluate``: the paper's metrics, protocols and figures for a policy file."""
+
+from __future__ import annotations
+
+from rl.threads import wait_passively
+
+wait_passively()  # before torch
+
+from collections.abc import Sequence  # noqa: E402
+from dataclasses import dataclass  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import Annotated  # noqa: E402
+
+import tyro  # noqa: E402
+from rich.console import Console  # noqa: E402
+from rich.progress import Progress  # noqa: E402
+
+from rl import protocols, report, run_log  # noqa: E402
+from rl.evaluate import evaluate  # noqa: E402
+from symdyn.console import log_to, make_console  # noqa: E402
+from symdyn.files import writable_directory  # noqa: E402
+from symdyn.policy import Policy  # noqa: E402
+from symdyn.robot import GO2  # noqa: E402
+
+
+@dataclass(frozen=True)
+class EvaluateArguments:
+    """Judge a policy file on the nominal model: velocity tracking, gait consistency, cost of transport (the paper's metrics)
+    and gait identity (are the strides of the commanded gait?). Writes metrics.json, figures and report.md.
+
+    Attributes:
+        policy: the file.
+        suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
+        out: directory of the results; the policy's name under out/ if left out.
+    """
+
+    policy: Annotated[Path, tyro.conf.Positional]
+    suite: str = "quick"
+    out: Path | None = None
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(EvaluateArguments, args=list(arguments), prog="symdyn evaluate")
+    console = make_console()
+    log_to(console)
+    written = judge(args.policy, args.suite, args.out or Path("out") / args.policy.stem, console)
+    console.print(f"Wrote {written}, with metrics.json and figures beside it.")
+    return 0
+
+
+def judge(policy_path: Path, suite_name: str, out: Path, console: Console, remark: str = "") -> Path:
+    """Evaluate and write everything, with a progress bar; the report's path. Raises SymdynError."""
+    suite = protocols.suite(suite_name)
+    policy = Policy.load(policy_path)
+    writable_directory(out)
+    with Progress(console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task(f"suite {suite.name}", total=None)
+        found = evaluate(
+            policy, policy_path, suite, GO2, lambda done, total: progress.update(task, completed=done, total=total)
+        )
+    return report.write(found, out, run_log.read(policy_path.parent), remark)

@@ -1,0 +1,44 @@
+"""``symdyn export``: one policy file from a run."""
+
+from __future__ import annotations
+
+from rl.threads import wait_passively
+
+wait_passively()  # before torch
+
+from collections.abc import Sequence  # noqa: E402
+from dataclasses import dataclass  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import Annotated  # noqa: E402
+
+import tyro  # noqa: E402
+
+from rl import run_dir  # noqa: E402
+from rl.export import export_policy  # noqa: E402
+from symdyn.console import log_to, make_console  # noqa: E402
+
+
+@dataclass(frozen=True)
+class ExportArguments:
+    """Turn the newest checkpoint of a run into one ONNX file that holds everything that deploys it: weights, joint names,
+    gains, observation layout, gaits, timing, and what it was trained with.
+
+    Attributes:
+        run: directory of the run.
+        out: the file; RUN/policy.onnx if left out.
+        checkpoint: a checkpoint of the run other than the newest.
+    """
+
+    run: Annotated[Path, tyro.conf.Positional]
+    out: Path | None = None
+    checkpoint: Path | None = None
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(ExportArguments, args=list(arguments), prog="symdyn export")
+    console = make_console()
+    log_to(console)
+    path = export_policy(run_dir.existing(args.run), args.out, args.checkpoint)
+    console.print(f"Wrote {path} ({path.stat().st_size / 1024:.0f} KiB). Next: symdyn evaluate {path} --suite quick")
+    return 0

@@ -1,0 +1,107 @@
+"""``symdyn train``: PPO on the Go2, resumable at every checkpoint."""
+
+from __future__ import annotations
+
+from rl.threads import wait_passively
+
+wait_passively()  # before torch
+
+import argparse  # noqa: E402
+from collections.abc import Sequence  # noqa: E402
+from dataclasses import dataclass, field, replace  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import Annotated  # noqa: E402
+
+import tyro  # noqa: E402
+from rich.console import Console  # noqa: E402
+
+from rl import checkpoint, config_file, run_dir  # noqa: E402
+from rl.config import TrainConfig, preset  # noqa: E402
+from rl.training_display import TrainingDisplay  # noqa: E402
+from symdyn.cli import INTERRUPTED  # noqa: E402
+from symdyn.console import log_to, make_console  # noqa: E402
+from symdyn.errors import InvalidValue  # noqa: E402
+
+
+@dataclass(frozen=True)
+class TrainArguments:
+    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), paper
+    (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown below; every
+    one of them is a flag. Ctrl-C saves and says how to go on.
+
+    Attributes:
+        out: directory of the new run; runs/DATE-TIME-PRESET if left out.
+        resume: directory of a run to go on with, exactly as if it had not been interrupted. Its settings are kept; only
+            --iterations, the total, may be given anew.
+        config: settings.
+    """
+
+    out: Path | None = None
+    resume: Path | None = None
+    config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = parse(arguments)
+    console = make_console()
+    log_to(console)
+    directory = run_dir.fresh(args.out, args.config.preset) if args.resume is None else args.resume
+    return _train(directory, args.config, console, resuming=args.resume is not None)
+
+
+def parse(arguments: Sequence[str]) -> TrainArguments:
+    """The arguments, with the defaults of the preset or of the run that is resumed.
+
+    Raises:
+        SymdynError: for a bad value, an unknown preset, a directory that is no run, or a resumed run's setting changed.
+    """
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    first.add_argument("--preset", default="cpu")
+    first.add_argument("--resume", type=Path)
+    known, _ = first.parse_known_args(list(arguments))
+    if known.resume is None:
+        default = preset(known.preset)
+    else:
+        default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
+    args = tyro.cli(
+        TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train"
+    )
+    if args.resume is not None:
+        changed = config_file.differences(replace(args.config, iterations=default.iterations), default)
+        if changed:
+            raise InvalidValue("--resume with other settings", ", ".join(changed), "given without them: a run keeps its own")
+        if args.out is not None:
+            raise InvalidValue("--out", str(args.out), "left out with --resume, which names the directory")
+    return args
+
+
+def _train(directory: Path, config: TrainConfig, console: Console, resuming: bool) -> int:
+    import torch
+
+    from rl.trainer import Trainer
+
+    if config.threads:
+        torch.set_num_threads(config.threads)
+    if not resuming:
+        config_file.save(config, directory / run_dir.CONFIG)
+    trainer = Trainer(config, directory)
+    if resuming and checkpoint.list_checkpoints(directory):
+        trainer.resume()
+        config_file.save(config, directory / run_dir.CONFIG)
+        console.print(f"Going on with {directory} after {trainer.iteration} updates.")
+    samples = config.iterations * trainer.samples_per_iteration
+    console.print(
+        f"Training {directory} (preset {config.preset}): {config.num_envs} robots, {config.iterations} updates, "
+        f"{samples / 1e6:.3g} million samples. Curves: tensorboard --logdir {directory}"
+    )
+    with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
+        done = trainer.train(display.update)
+    if not done:
+        console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
+        console.print(f"  symdyn train --resume {directory}")
+        return INTERRUPTED
+    console.print(f"Done after {trainer.iteration} updates. Next:")
+    console.print(f"  symdyn export {directory}")
+    console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick")
+    return 0
