@@ -125,7 +125,9 @@ def _velocity_steps(gait: str, episodes: Sequence[Episode]) -> dict[str, Any]:
         parts = [e.recording.between(start, start + protocols.VELOCITY_HOLD_S) for e in episodes]
         whole = [p for p in parts if len(p.time) * p.dt > SETTLE_S + 1.0]
         summary = _mean([metrics.summarise(part, gait, SETTLE_S) for part in whole])
-        by_step[f"{speed:g}"] = {k: summary.get(k) for k in ("settling_time", "speed_error", "y_error", "gait_identity")}
+        by_step[f"{speed:g}"] = {
+            k: summary.get(k) for k in ("settling_time", "speed_error", "y_error", "gait_identity")
+        }
     return {"by_step": by_step, "fell": _share_fallen(episodes)}
 
 

@@ -38,7 +38,9 @@ def robots_folder() -> Path:
     try:
         files = importlib.metadata.files("example-robot-data") or []
     except importlib.metadata.PackageNotFoundError:
-        raise ResourceProblem("example-robot-data is not installed; pip install 'symdyn-gaits[rl]' brings it.") from None
+        raise ResourceProblem(
+            "example-robot-data is not installed; pip install 'symdyn-gaits[rl]' brings it."
+        ) from None
     for file in files:
         if "robots" in file.parts and file.suffix == ".urdf":
             path = Path(str(file.locate())).resolve()

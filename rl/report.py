@@ -142,7 +142,14 @@ def _sequence_table(sequence: Mapping[str, Any]) -> list[str]:
 
 def _velocity_table(sequence: Mapping[str, Any]) -> list[str]:
     rows = [
-        _row([gait, step, *(_number(values[k]) for k in ("settling_time", "speed_error", "y_error")), f"{run['fell']:.0%}"])
+        _row(
+            [
+                gait,
+                step,
+                *(_number(values[k]) for k in ("settling_time", "speed_error", "y_error")),
+                f"{run['fell']:.0%}",
+            ]
+        )
         for gait, run in sequence.items()
         for step, values in run["by_step"].items()
     ]

@@ -62,7 +62,9 @@ class Script:
     def __post_init__(self) -> None:
         starts = [segment.start for segment in self.segments]
         if not starts or starts[0] != 0.0 or starts != sorted(set(starts)) or self.duration <= starts[-1]:
-            raise InvalidValue(f"The segments of script {self.name!r}", starts, "rising times from 0 to below the duration")
+            raise InvalidValue(
+                f"The segments of script {self.name!r}", starts, "rising times from 0 to below the duration"
+            )
 
 
 @dataclass(frozen=True)

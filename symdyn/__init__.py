@@ -1,2 +1,1 @@
 """symdyn: one definition of a gait for analysis, training, evaluation and the robot."""
-

@@ -46,7 +46,10 @@ GROUPS: dict[str, dict[str, Command]] = {
     },
     "Train a policy": {
         "train": Command(
-            "rl.cli.train", "rl", "train one policy for every gait (PPO)", "symdyn train --out runs/mine --iterations 2000"
+            "rl.cli.train",
+            "rl",
+            "train one policy for every gait (PPO)",
+            "symdyn train --out runs/mine --iterations 2000",
         ),
         "export": Command(
             "rl.cli.export", "rl", "turn a run into one policy file (ONNX)", "symdyn export runs/mine --out mine.onnx"
@@ -98,7 +101,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def overview() -> str:
     """The text of ``symdyn --help``: commands by what one wants to do, with an example each."""
-    lines = ["symdyn: one definition of a gait for analysis, training and the robot.", "", "usage: symdyn COMMAND [options]"]
+    lines = [
+        "symdyn: one definition of a gait for analysis, training and the robot.",
+        "",
+        "usage: symdyn COMMAND [options]",
+    ]
     for group, commands in GROUPS.items():
         lines += ["", f"{group}:"]
         for name, command in commands.items():
@@ -113,7 +120,9 @@ def _run(name: str, command: Command, arguments: list[str]) -> int:
     except ModuleNotFoundError as error:
         if command.extra is None or error.name == command.module:
             raise
-        return _fail(f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'.")
+        return _fail(
+            f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'."
+        )
     return module.run(arguments)
 
 

@@ -43,7 +43,9 @@ class Gait:
     def __post_init__(self) -> None:
         if len(self.offsets) != len(LEGS) or not all(math.isfinite(o) and 0.0 <= o < 1.0 for o in self.offsets):
             raise InvalidValue(
-                f"Phase offsets of gait {self.name!r}", self.offsets, f"{len(LEGS)} numbers in [0, 1): {', '.join(LEGS)}"
+                f"Phase offsets of gait {self.name!r}",
+                self.offsets,
+                f"{len(LEGS)} numbers in [0, 1): {', '.join(LEGS)}",
             )
 
     @classmethod

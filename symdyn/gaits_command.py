@@ -86,9 +86,13 @@ def _show(console: Console, gaits: list[Gait], timing: TimingCurve, args: GaitsA
     period = float(timing.period(np.array(args.speed), GO2.leg_length))
     duty = float(timing.duty(np.array(args.speed), GO2.leg_length))
     console.print(_library_table(gaits))
-    console.print(f"At {args.speed:g} m/s: stride period {period:.3f} s, duty factor {duty:.3f}. Curve: {timing.source}.")
+    console.print(
+        f"At {args.speed:g} m/s: stride period {period:.3f} s, duty factor {duty:.3f}. Curve: {timing.source}."
+    )
     if args.name is None:
-        console.print("LH to RH: phase offset theta of each leg, strides. K: spatial symmetries. H: those with a phase shift.")
+        console.print(
+            "LH to RH: phase offset theta of each leg, strides. K: spatial symmetries. H: those with a phase shift."
+        )
         console.print("Footfalls of one gait: symdyn gaits NAME.")
         return
     pairs = classify(gaits[0]).symmetric_pairs
@@ -102,7 +106,7 @@ def _show(console: Console, gaits: list[Gait], timing: TimingCurve, args: GaitsA
 
 
 def _library_table(gaits: list[Gait]) -> Table:
-    table = Table("gait", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table = Table("gait", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
     for leg in LEGS:
         table.add_column(leg, justify="right", no_wrap=True)
     for heading in ("K", "H", "reversed in time"):
@@ -136,7 +140,9 @@ def _print_observation(console: Console) -> None:
         noise = f"± {term.noise:g}" if term.noise else "-"
         order = "joints" if term.labels == JOINTS else " ".join(term.labels)
         table.add_row(f"{where.start}..{where.stop - 1}", term.name, term.unit, f"{term.scale:g}", noise, order)
-    console.print(f"The policy's {OBSERVATION.size} inputs. noise: half-width of the uniform noise in training, unscaled.")
+    console.print(
+        f"The policy's {OBSERVATION.size} inputs. noise: half-width of the uniform noise in training, unscaled."
+    )
     console.print(table)
     for term in OBSERVATION.terms:
         console.print(f"{term.name}: {term.meaning}")

@@ -87,7 +87,6 @@ def touchdown_phase(duty: Array, velocity_x: Array, time_reversal: bool = True) 
     return xp.where(velocity_x < 0, xp.zeros_like(forward), forward)
 
 
-
 @dataclass(frozen=True)
 class SwingExpectation:
     """Expected swing indicator when the events of the cycle jitter by a von Mises law (Siekmann et al. 2021).

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,11 +61,8 @@ class Recording:
     def between(self, start: float, stop: float) -> Recording:
         """The samples with start <= time < stop, s."""
         first, last = round(start / self.dt), round(stop / self.dt)
-        cut = {
-            f.name: value[first:last] if isinstance(value := getattr(self, f.name), np.ndarray) else value
-            for f in fields(self)
-        }
-        return Recording(**cut)
+        arrays = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **{name: value[first:last] for name, value in arrays.items()})
 
     def save(self, path: Path) -> None:
         """Write as .npz. Raises FileProblem."""
@@ -75,7 +73,7 @@ class Recording:
         """Read :meth:`save`'s file. Raises FileProblem if it is missing or no recording."""
         try:
             with np.load(path, allow_pickle=False) as data:
-                values = {f.name: data[f.name] for f in fields(cls)}
+                values: dict[str, Any] = {f.name: data[f.name] for f in fields(cls)}
         except (OSError, ValueError, KeyError) as error:
             raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
-        return cls(**{name: float(v) if v.ndim == 0 else v for name, v in values.items()})
+        return cls(**{name: float(value) if value.ndim == 0 else value for name, value in values.items()})

@@ -171,7 +171,9 @@ def _subgroup_name(elements: Iterable[str]) -> str:
     return f"<{names[0]}>" if len(names) == 1 else "K4"
 
 
-def common_shift(image: NDArray[np.float64], offsets: NDArray[np.float64], tolerance: float = TOLERANCE) -> float | None:
+def common_shift(
+    image: NDArray[np.float64], offsets: NDArray[np.float64], tolerance: float = TOLERANCE
+) -> float | None:
     """The shift s with image = offsets + s on the circle for every leg, in [0, 1), or None if there is none.
 
     Args:

@@ -56,7 +56,9 @@ def run(arguments: Sequence[str]) -> int:
     config = replace(preset("cpu"), seed=args.seed)
     config_file.save(config, directory / run_dir.CONFIG)
     trainer = Trainer(config, directory)
-    console.print(f"Training for {args.minutes:g} minutes with {config.num_envs} robots on {os.cpu_count()} processors.")
+    console.print(
+        f"Training for {args.minutes:g} minutes with {config.num_envs} robots on {os.cpu_count()} processors."
+    )
     with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
         trainer.train(display.update, time_limit_s=60.0 * args.minutes)
     if trainer.interrupted:

@@ -64,13 +64,13 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
         default = preset(known.preset)
     else:
         default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
-    args = tyro.cli(
-        TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train"
-    )
+    args = tyro.cli(TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train")
     if args.resume is not None:
         changed = config_file.differences(replace(args.config, iterations=default.iterations), default)
         if changed:
-            raise InvalidValue("--resume with other settings", ", ".join(changed), "given without them: a run keeps its own")
+            raise InvalidValue(
+                "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
+            )
         if args.out is not None:
             raise InvalidValue("--out", str(args.out), "left out with --resume, which names the directory")
     return args

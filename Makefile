@@ -1,0 +1,42 @@
+# make demo and make test are all that a fresh machine needs; both set up .venv first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# pip takes every package at the version that CI ran
+PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
+
+.PHONY: help install demo test check bench clean
+
+help:
+	@echo "make demo     install, train for a few minutes, evaluate, write out/demo/report.md"
+	@echo "make test     install, run every test"
+	@echo "make install  only install, into $(VENV)"
+	@echo "make check    ruff, pyright, import-linter"
+	@echo "make bench    speed and memory, as ratios within one run, into out/bench.json"
+	@echo "make clean    remove $(VENV) and out/"
+
+install: $(VENV)/installed
+
+$(VENV)/installed: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "symdyn needs Python 3.11 or newer")'
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --constraint constraints.txt --editable '.[all]'
+	@touch $@
+
+demo: install
+	$(BIN)/symdyn demo --out out/demo
+
+test: install
+	$(BIN)/python -m pytest
+
+check: install
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+bench: install
+	$(BIN)/python -m benchmarks --out out/bench.json
+
+clean:
+	rm -rf $(VENV) out
