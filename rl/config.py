@@ -131,7 +131,7 @@ def _cpu() -> TrainConfig:
         gait_first_s=(2.0, 6.0),
         gait_again_s=(2.0, 6.0),
     )
-    rewards = RewardConfig(x_velocity=0.75, x_rate=1.0, temporal=0.4, force_rate=0.01, velocity_filter=0.5, total="exp")
+    rewards = RewardConfig(x_velocity=0.75, x_rate=1.0, temporal=0.3, force_rate=0.01, velocity_filter=0.5, total="exp")
     return TrainConfig(
         preset="cpu",
         iterations=4000,

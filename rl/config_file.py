@@ -15,9 +15,6 @@ from rl.config import TrainConfig
 from symdyn.errors import FileProblem, SymdynError
 from symdyn.files import write_text
 
-FILE = "config.yaml"
-"""Its name in the directory of a run."""
-
 
 def plain(config: TrainConfig) -> dict[str, Any]:
     """The settings as nested dicts of plain values: tuples become lists, paths text."""

@@ -11,7 +11,7 @@ from rsl_rl.algorithms import PPO
 
 from rl.config import PPOConfig
 from rl.env import GaitEnv
-from rl.mirror import RandomMirror
+from rl.mirror import MirrorPPO
 
 _log = logging.getLogger(__name__)
 
@@ -40,7 +40,7 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
         "actor": {**model, "distribution_cfg": noise},
         "critic": dict(model),
         "algorithm": {
-            "class_name": "PPO",
+            "class_name": MirrorPPO if config.mirror else PPO,
             "num_learning_epochs": config.epochs,
             "num_mini_batches": config.mini_batches,
             "clip_param": config.clip,
@@ -62,6 +62,4 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
     with contextlib.redirect_stdout(said):  # rsl_rl prints
         algorithm = PPO.construct_algorithm(env.get_observations(), env, settings, env.device)
     _log.debug("%s", said.getvalue())
-    if config.mirror:
-        algorithm.symmetry = RandomMirror()
     return algorithm

@@ -6,7 +6,11 @@ doubles the mini-batch instead; a random half costs nothing, and over the epochs
 
 from __future__ import annotations
 
+import copy
+from typing import Any
+
 import torch
+from rsl_rl.algorithms import PPO
 from rsl_rl.extensions import Symmetry
 from rsl_rl.models import MLPModel
 from rsl_rl.storage import RolloutStorage
@@ -24,11 +28,6 @@ def mirror_actions(actions: torch.Tensor) -> torch.Tensor:
     return _apply(actions, torch.tensor(G_S.joint_index), torch.as_tensor(G_S.joint_signs))
 
 
-def mirror_action_std(std: torch.Tensor) -> torch.Tensor:
-    """The mirror image of standard deviations of actions, (..., 12): permuted, not negated."""
-    return std[..., torch.tensor(G_S.joint_index, device=std.device)]
-
-
 def mirror_observations(obs: TensorDict) -> TensorDict:
     """The mirror image of every observation group, (n,)."""
     mirrored = {}
@@ -39,35 +38,60 @@ def mirror_observations(obs: TensorDict) -> TensorDict:
 
 
 class RandomMirror(Symmetry):
-    """rsl_rl's symmetry extension with the mirror image of a random half of each mini-batch in place of that half.
+    """rsl_rl's symmetry extension with a random half of each mini-batch replaced by its mirror image.
 
-    A sample and its mirror image have the same value, advantage and probability under an equivariant policy; the means and
-    standard deviations of the policy that acted are mirrored along, so that the KL divergence compares like with like.
+    A mirrored sample keeps its return and advantage. What the policy that acted thinks of it (log probability, mean and
+    standard deviation, value) is asked anew of a copy of that policy, so that the probability ratio and the KL divergence
+    begin an update at one and zero. Taking over the original's instead, as for an equivariant policy, lets every asymmetry of
+    the networks count as a step already taken: the adaptive learning rate then sinks and half of the samples are clipped.
     """
 
     def __init__(self) -> None:
         super().__init__(env=None, data_augmentation_func=mirror_observations, use_data_augmentation=True)  # pyright: ignore[reportArgumentType]
+        self._actor: MLPModel | None = None
+        self._critic: MLPModel | None = None
+
+    def remember(self, actor: MLPModel, critic: MLPModel) -> None:
+        """Copy the networks as they were when they acted; to be called before every update."""
+        self._actor, self._critic = copy.deepcopy(actor), copy.deepcopy(critic)
 
     def augment_batch(self, batch: RolloutStorage.Batch, original_batch_size: int) -> None:
         """Mirror a random half of the mini-batch in place."""
-        assert batch.observations is not None and batch.actions is not None
-        assert batch.old_distribution_params is not None
-        chosen = torch.rand(original_batch_size, device=batch.actions.device) < 0.5
-        obs = mirror_observations(batch.observations)
-        batch.observations = TensorDict(
-            {k: torch.where(chosen[:, None], obs[k], v) for k, v in batch.observations.items()},
-            batch_size=batch.observations.batch_size,
-        )
-        batch.actions = torch.where(chosen[:, None], mirror_actions(batch.actions), batch.actions)
-        mean, std = batch.old_distribution_params
-        batch.old_distribution_params = (
-            torch.where(chosen[:, None], mirror_actions(mean), mean),
-            torch.where(chosen[:, None], mirror_action_std(std), std),
-        )
+        assert self._actor is not None and self._critic is not None
+        assert batch.observations is not None and batch.actions is not None and batch.values is not None
+        assert batch.old_actions_log_prob is not None and batch.old_distribution_params is not None
+        chosen = torch.randperm(original_batch_size, device=batch.actions.device)[: original_batch_size // 2]
+        obs = mirror_observations(batch.observations[chosen])
+        actions = mirror_actions(batch.actions[chosen])
+        with torch.inference_mode():
+            self._actor(obs, stochastic_output=True)
+            log_prob = self._actor.get_output_log_prob(actions)
+            params = self._actor.output_distribution_params
+            values = self._critic(obs)
+        for name, value in obs.items():
+            batch.observations[name][chosen] = value
+        batch.actions[chosen] = actions
+        batch.values[chosen] = values
+        batch.old_actions_log_prob[chosen] = log_prob.unsqueeze(-1)
+        for old, new in zip(batch.old_distribution_params, params, strict=True):
+            old[chosen] = new
 
     def compute_loss(self, actor: MLPModel, batch: RolloutStorage.Batch, original_batch_size: int) -> torch.Tensor:
         """No mirror loss is used; rsl_rl would run another forward pass only to log it."""
         return torch.zeros(())
+
+
+class MirrorPPO(PPO):
+    """rsl_rl's PPO that learns from each sample or from its mirror image, at random."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.symmetry: RandomMirror = RandomMirror()
+
+    def update(self) -> dict[str, float]:
+        """One update of the networks; rsl_rl's losses by name."""
+        self.symmetry.remember(self._raw_actor, self._raw_critic)
+        return super().update()
 
 
 def _apply(values: torch.Tensor, index: torch.Tensor, sign: torch.Tensor) -> torch.Tensor:

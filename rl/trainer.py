@@ -104,7 +104,7 @@ class Trainer:
         try:
             with stop_on_signal() as stop:
                 while self.iteration < self.config.iterations and not stop and time.monotonic() < end:
-                    record = self._update()
+                    record = self.update()
                     log.add(record)
                     if watch is not None:
                         watch(record)
@@ -120,7 +120,7 @@ class Trainer:
             log.close()
         return self.iteration >= self.config.iterations
 
-    def _update(self) -> dict[str, Any]:
+    def update(self) -> dict[str, Any]:
         start = time.perf_counter()
         sums: dict[str, torch.Tensor] = {}
         reward_sum = torch.zeros(())

@@ -1,0 +1,213 @@
+"""From a training run to the one file that is deployed: the actor as ONNX with all its metadata inside."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import subprocess
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import torch
+from rsl_rl.modules import MLP
+
+from rl import checkpoint as checkpoints
+from rl import config_file, run_dir
+from rl.config import TrainConfig
+from symdyn.errors import FileProblem
+from symdyn.files import write_with
+from symdyn.gaits import get
+from symdyn.legs import JOINTS
+from symdyn.observation import OBSERVATION
+from symdyn.policy import INPUT, METADATA_KEY, OUTPUT, Policy, PolicyMetadata
+from symdyn.robot import GO2, Robot
+from symdyn.timing import GRAVITY, TimingCurve
+
+OPSET = 18
+TOLERANCE = 1e-5
+"""Largest difference between the file's actions and the network's, relative to the larger of 1 and the action."""
+
+_TESTED = 256
+_WEIGHT = re.compile(r"mlp\.(\d+)\.weight")
+_ACTION_NOISE = ("distribution.log_std_param", "distribution.std_param")
+
+
+def export_policy(run: Path, out: Path | None = None, checkpoint: Path | None = None) -> Path:
+    """Write the policy file of a run. No simulator is built.
+
+    Args:
+        run: directory of the run.
+        out: the file; ``RUN/policy.onnx`` if None.
+        checkpoint: to take; the run's newest if None.
+
+    Returns:
+        Path of the file, which is whole and was compared with the network.
+
+    Raises:
+        FileProblem: if the directory holds no run, the checkpoint is damaged or of another configuration, or the file
+            cannot be written. Nothing is left half-written, and an earlier file stays.
+    """
+    config = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
+    content = checkpoints.load_newest(run) if checkpoint is None else checkpoints.load(checkpoint)
+    origin = checkpoint or run
+    actor = build_actor(content, config, origin)
+    metadata = describe(config, content["iteration"])
+    out = out or run / run_dir.POLICY
+
+    def write(temporary: Path) -> None:
+        onnx.save(_to_onnx(actor, metadata), temporary)
+        _compare(Policy.load(temporary), actor, origin)
+
+    write_with(out, write)
+    return out
+
+
+def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) -> MLP:
+    """The actor's network, observations (N, 52) to mean actions (N, 12), from a checkpoint alone.
+
+    Args:
+        content: of the checkpoint.
+        config: of the run; what the network's layers must agree with.
+        origin: what to call the checkpoint in an error.
+
+    Raises:
+        FileProblem: if there is no actor in it, its layers are others, or its weights are not finite.
+    """
+    try:
+        state: dict[str, torch.Tensor] = dict(content["ppo"]["actor_state_dict"])
+    except (KeyError, TypeError) as error:
+        raise FileProblem(origin, "holds a checkpoint without an actor.") from error
+    for name in _ACTION_NOISE:
+        state.pop(name, None)
+    layers = sorted((int(match[1]), name) for name in state if (match := _WEIGHT.fullmatch(name)))
+    outputs = [state[name].shape[0] for _, name in layers]
+    inputs = state[layers[0][1]].shape[-1] if layers else 0
+    found, wanted = [inputs, *outputs], [OBSERVATION.size, *config.ppo.hidden, len(JOINTS)]
+    if found != wanted:
+        raise FileProblem(origin, f"holds an actor with layers of {found}, but its settings ask for {wanted}.")
+    if not all(bool(torch.isfinite(value).all()) for value in state.values()):
+        raise FileProblem(origin, "holds an actor whose weights are not finite.")
+    actor = MLP(wanted[0], wanted[-1], config.ppo.hidden, "elu")
+    try:
+        actor.load_state_dict({name.removeprefix("mlp."): value for name, value in state.items()}, strict=True)
+    except RuntimeError as error:
+        raise FileProblem(origin, f"holds an actor of another kind ({' '.join(str(error).split())}).") from error
+    return actor.eval()
+
+
+def describe(config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyMetadata:
+    """The metadata of a policy.
+
+    Args:
+        config: of the run.
+        iteration: number of updates behind it.
+        robot: that it was trained on.
+
+    Raises:
+        FileProblem: if the run's timing file is missing or malformed.
+    """
+    commands = config.env.commands
+    return PolicyMetadata(
+        robot=robot.name,
+        joint_names=robot.joint_names,
+        default_joint_pos=tuple(robot.default_joint_pos.tolist()),
+        action_scale=robot.action_scale,
+        kp=robot.kp,
+        kd=robot.kd,
+        control_dt=robot.control_dt,
+        leg_length=robot.leg_length,
+        gravity=GRAVITY,
+        observation=tuple(OBSERVATION.as_list()),
+        gaits={name: get(name) for name in commands.gaits},
+        timing=TimingCurve() if config.timing is None else TimingCurve.load(config.timing),
+        command_range={
+            "velocity_x": commands.velocity_x,
+            "velocity_y": commands.velocity_y,
+            "yaw_rate": commands.yaw_rate,
+        },
+        time_reversal=commands.time_reversal,
+        training={
+            "commit": commit(Path(__file__).parent),
+            "config": config_file.plain(config),
+            "samples": iteration * config.num_envs * config.ppo.steps,
+            "seed": config.seed,
+        },
+    )
+
+
+def commit(package: Path) -> str:
+    """The commit of the checkout that a package is imported from, with ``-dirty`` if the checkout has changes.
+
+    Args:
+        package: directory of the package.
+
+    Returns:
+        40 hex digits, with or without ``-dirty``; ``unknown`` if there is no git or the package is no part of a
+        checkout (it may lie, ignored, inside one: a virtual environment in a project of the user's).
+    """
+    try:
+        _git(package, "ls-files", "--error-unmatch", "__init__.py")
+        head = _git(package, "rev-parse", "HEAD").strip()
+        return head + ("-dirty" if _git(package, "status", "--porcelain").strip() else "")
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _git(directory: Path, *arguments: str) -> str:
+    command = ["git", "--no-optional-locks", "-C", str(directory), *arguments]
+    # inside a git hook these name the hook's repository, wherever -C points
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+
+
+def _to_onnx(actor: MLP, metadata: PolicyMetadata) -> onnx.ModelProto:
+    """The network as ONNX, with the metadata and without what the exporter notes about this machine."""
+    with _quiet():
+        program = torch.onnx.export(
+            actor,
+            (torch.zeros(2, OBSERVATION.size),),  # two rows: one would be taken for a constant
+            dynamo=True,
+            opset_version=OPSET,
+            external_data=False,
+            input_names=[INPUT],
+            output_names=[OUTPUT],
+            dynamic_shapes=({0: torch.export.Dim("N")},),
+            verbose=False,
+        )
+    assert program is not None
+    model = program.model_proto
+    graph = model.graph
+    for noted in (graph, *graph.node, *graph.input, *graph.output, *graph.value_info, *graph.initializer):
+        del noted.metadata_props[:]
+    onnx.helper.set_model_props(model, {METADATA_KEY: metadata.to_json()})
+    onnx.checker.check_model(model, full_check=True)
+    return model
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the exporter's warnings, which concern packages and calls that are not ours, from the user."""
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
+
+
+def _compare(policy: Policy, actor: MLP, origin: object) -> None:
+    obs = torch.randn(_TESTED, OBSERVATION.size, generator=torch.Generator().manual_seed(0))
+    with torch.inference_mode():
+        wanted = actor(obs).numpy()
+    found = policy.act(obs.numpy())
+    error = float(np.max(np.abs(found - wanted) / np.maximum(1.0, np.abs(wanted))))
+    if not error <= TOLERANCE:
+        raise FileProblem(origin, f"gives other actions as ONNX than in training (by {error:.2g}); nothing written.")
