@@ -1,5 +1,8 @@
 """Physics on the CPU: mujoco.batch.Batch, many simulations of one model on a thread pool."""
 
+# mujoco is a compiled module without stubs
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import mujoco

@@ -91,7 +91,8 @@ class GaitEnv(VecEnv):
     ) -> None:
         if config.episode_s < robot.control_dt:
             raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {robot.control_dt} s")
-        self.cfg = config
+        self.config = config
+        self.cfg = config  # rsl_rl's name for it
         self.physics = physics
         self.timing = timing
         self.robot = robot
@@ -131,7 +132,7 @@ class GaitEnv(VecEnv):
             observations (of the new episode where one ended), rewards (N,), dones (N,) int64, and extras: ``time_outs``
             (N,) and ``log`` (means of the weighted reward terms, of speed error and of falls).
         """
-        limit = self.cfg.action_limit
+        limit = self.config.action_limit
         actions = actions.clamp(-limit, limit)
         self.physics.step(self._default_pos + self.robot.action_scale * actions)
         state = self.physics.read()
@@ -142,9 +143,9 @@ class GaitEnv(VecEnv):
         self._advance_clock()
         self._filter_velocity(state)
         terms = self._reward_terms(state, actions)
-        reward = rewards.total(terms, self.cfg.rewards.total)
+        reward = rewards.total(terms, self.config.rewards.total)
         reward[diverged] = 0.0
-        fell = fallen(state, self.cfg.termination) | diverged
+        fell = fallen(state, self.config.termination) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
         extras = {"time_outs": time_out.float(), "log": self._log_values(terms, fell)}
         self.last_action = actions
@@ -170,7 +171,7 @@ class GaitEnv(VecEnv):
 
     def leg_phases(self) -> torch.Tensor:
         """Phase of each leg, (N, 4)."""
-        reversal = self.cfg.commands.time_reversal
+        reversal = self.config.commands.time_reversal
         return clock.leg_phase(self.phase, self.commands.offsets, self.commands.velocity[:, 0], reversal)
 
     def state_dict(self) -> dict[str, Any]:
@@ -199,7 +200,7 @@ class GaitEnv(VecEnv):
         self.phase = clock.advance(self.phase, period, self.robot.control_dt)
 
     def _filter_velocity(self, state: RobotState) -> None:
-        strides = self.cfg.rewards.velocity_filter
+        strides = self.config.rewards.velocity_filter
         now = heading_velocity(state)
         if strides > 0.0:
             _, period = self.duty_and_period()
@@ -208,7 +209,7 @@ class GaitEnv(VecEnv):
         self.velocity_h = now
 
     def _reward_terms(self, state: RobotState, actions: torch.Tensor) -> dict[str, torch.Tensor]:
-        c, command = self.cfg.rewards, self.commands.velocity
+        c, command = self.config.rewards, self.commands.velocity
         duty, _ = self.duty_and_period()
         phases = self.leg_phases()
         sole_height = state.foot_pos_w[..., 2] - self.physics.foot_radius
@@ -252,7 +253,7 @@ class GaitEnv(VecEnv):
             **command_terms(self.commands.offsets, self.commands.velocity, phases, duty),
         }
         policy = OBSERVATION.assemble(terms)
-        if self.cfg.randomization.observation_noise:
+        if self.config.randomization.observation_noise:
             policy = policy + self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
         privileged = PRIVILEGED.assemble(
             privileged_terms(state, self.velocity_h, phases, self.dynamics, self.physics.foot_radius, self._default_pos)
@@ -260,13 +261,13 @@ class GaitEnv(VecEnv):
         return TensorDict({"policy": policy, "privileged": privileged}, batch_size=[self.num_envs])
 
     def _draw_dynamics(self) -> None:
-        r, n = self.cfg.randomization, (self.num_envs,)
+        r, n = self.config.randomization, (self.num_envs,)
         mass, friction = uniform(r.added_mass, n, self.generator), uniform(r.friction, n, self.generator)
         self.dynamics = torch.stack([mass, friction], dim=1)
         self.physics.set_dynamics(mass.double().numpy(), friction.double().numpy())
 
     def _reset(self, ids: torch.Tensor) -> None:
-        n, r = len(ids), self.cfg.reset
+        n, r = len(ids), self.config.reset
         joint_noise = uniform((-r.joint_noise, r.joint_noise), (n, self.num_actions), self.generator)
         velocity = uniform((-r.velocity_noise, r.velocity_noise), (n, 3), self.generator)
         heading = uniform((-np.pi, np.pi), (n,), self.generator)
@@ -285,14 +286,14 @@ class GaitEnv(VecEnv):
         self.phase[ids] = torch.rand(n, generator=self.generator)
         self.last_action[ids] = 0.0
         self.velocity_h[ids] = 0.0
-        self.push_due[ids] = uniform(self.cfg.randomization.push_interval_s, (n,), self.generator)
+        self.push_due[ids] = uniform(self.config.randomization.push_interval_s, (n,), self.generator)
 
     def _push_due(self) -> bool:
         time = self.episode_length_buf * self.robot.control_dt
         ids = torch.nonzero(time >= self.push_due).flatten()
         if not len(ids):
             return False
-        r = self.cfg.randomization
+        r = self.config.randomization
         velocity = torch.zeros(len(ids), 3)
         velocity[:, :2] = uniform(r.push, (len(ids), 2), self.generator)
         self.physics.push(ids.numpy(), velocity.double().numpy())

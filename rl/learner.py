@@ -60,6 +60,6 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
     }
     said = io.StringIO()
     with contextlib.redirect_stdout(said):  # rsl_rl prints
-        algorithm = PPO.construct_algorithm(env.get_observations(), env, settings, env.device)
+        algorithm = PPO.construct_algorithm(env.get_observations(), env, settings, "cpu")
     _log.debug("%s", said.getvalue())
     return algorithm

@@ -33,6 +33,7 @@ def mirror_observations(obs: TensorDict) -> TensorDict:
     mirrored = {}
     for name, value in obs.items():
         index, sign = _LAYOUTS[name].mirror(G_S)
+        assert isinstance(value, torch.Tensor)
         mirrored[name] = _apply(value, torch.as_tensor(index), torch.as_tensor(sign))
     return TensorDict(mirrored, batch_size=obs.batch_size)
 

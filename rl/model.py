@@ -5,6 +5,9 @@ collision primitives fitted to its collision meshes, rotor inertia seen through 
 robot's gains and the URDF's torque limits, and sensors at the feet.
 """
 
+# mujoco is a compiled module without stubs
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import importlib.metadata

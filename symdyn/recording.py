@@ -56,7 +56,7 @@ class Recording:
     @property
     def time(self) -> Floats:
         """(S,) s from the start."""
-        return self.dt * np.arange(len(self.stride_phase))
+        return np.arange(len(self.stride_phase), dtype=np.float64) * self.dt
 
     def between(self, start: float, stop: float) -> Recording:
         """The samples with start <= time < stop, s."""
@@ -76,4 +76,5 @@ class Recording:
                 values: dict[str, Any] = {f.name: data[f.name] for f in fields(cls)}
         except (OSError, ValueError, KeyError) as error:
             raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
-        return cls(**{name: float(value) if value.ndim == 0 else value for name, value in values.items()})
+        scalars = {name: float(value) for name, value in values.items() if value.ndim == 0}
+        return cls(**(values | scalars))
