@@ -36,7 +36,7 @@ class PPOConfig:
         value_weight: of the value loss.
         max_grad_norm: gradients are clipped to it.
         privileged_critic: whether the critic also sees what only the simulator knows.
-        mirror: whether a random half of every mini-batch is replaced by its left-right mirror image.
+        equivariant: whether actor and critic are equivariant under the left-right mirror by construction.
         mixed_precision: bfloat16 in the update: ``auto`` where the processor computes with it.
     """
 
@@ -57,7 +57,7 @@ class PPOConfig:
     value_weight: float = 1.0
     max_grad_norm: float = 1.0
     privileged_critic: bool = False
-    mirror: bool = False
+    equivariant: bool = False
     mixed_precision: Literal["auto", "on", "off"] = "auto"
 
     def __post_init__(self) -> None:
@@ -138,9 +138,9 @@ def _cpu() -> TrainConfig:
         num_envs=1024,
         env=EnvConfig(episode_s=20.0, commands=commands, rewards=rewards),
         ppo=PPOConfig(
-            epochs=4,
+            epochs=3,
             privileged_critic=True,
-            mirror=True,
+            equivariant=True,
             entropy_final=0.001,
             entropy_anneal_start=8e6,
             entropy_anneal_end=30e6,

@@ -16,10 +16,12 @@ import numpy as np
 import onnx
 import torch
 from rsl_rl.modules import MLP
+from torch import nn
 
 from rl import checkpoint as checkpoints
 from rl import config_file, run_dir
 from rl.config import TrainConfig
+from rl.equivariant import GroupAverage, mirror_of_actions, mirror_of_groups
 from symdyn.errors import FileProblem
 from symdyn.files import write_with
 from symdyn.gaits import get
@@ -34,7 +36,7 @@ TOLERANCE = 1e-5
 """Largest difference between the file's actions and the network's, relative to the larger of 1 and the action."""
 
 _TESTED = 256
-_WEIGHT = re.compile(r"mlp\.(\d+)\.weight")
+_WEIGHT = re.compile(r"mlp\.(?:network\.)?(\d+)\.weight")
 _ACTION_NOISE = ("distribution.log_std_param", "distribution.std_param")
 
 
@@ -68,7 +70,7 @@ def export_policy(run: Path, out: Path | None = None, checkpoint: Path | None = 
     return out
 
 
-def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) -> MLP:
+def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) -> nn.Module:
     """The actor's network, observations (N, 52) to mean actions (N, 12), from a checkpoint alone.
 
     Args:
@@ -94,6 +96,8 @@ def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) ->
     if not all(bool(torch.isfinite(value).all()) for value in state.values()):
         raise FileProblem(origin, "holds an actor whose weights are not finite.")
     actor = MLP(wanted[0], wanted[-1], config.ppo.hidden, "elu")
+    if config.ppo.equivariant:
+        actor = GroupAverage(actor, mirror_of_groups(["policy"]), mirror_of_actions())
     try:
         actor.load_state_dict({name.removeprefix("mlp."): value for name, value in state.items()}, strict=True)
     except RuntimeError as error:
@@ -166,7 +170,7 @@ def _git(directory: Path, *arguments: str) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
 
 
-def _to_onnx(actor: MLP, metadata: PolicyMetadata) -> onnx.ModelProto:
+def _to_onnx(actor: nn.Module, metadata: PolicyMetadata) -> onnx.ModelProto:
     """The network as ONNX, with the metadata and without what the exporter notes about this machine."""
     with _quiet():
         program = torch.onnx.export(
@@ -203,7 +207,7 @@ def _quiet() -> Iterator[None]:
         logging.disable(before)
 
 
-def _compare(policy: Policy, actor: MLP, origin: object) -> None:
+def _compare(policy: Policy, actor: nn.Module, origin: object) -> None:
     obs = torch.randn(_TESTED, OBSERVATION.size, generator=torch.Generator().manual_seed(0))
     with torch.inference_mode():
         wanted = actor(obs).numpy()

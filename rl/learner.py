@@ -8,10 +8,11 @@ import logging
 
 import torch
 from rsl_rl.algorithms import PPO
+from rsl_rl.models import MLPModel
 
 from rl.config import PPOConfig
 from rl.env import GaitEnv
-from rl.mirror import MirrorPPO
+from rl.equivariant import EquivariantModel
 
 _log = logging.getLogger(__name__)
 
@@ -24,7 +25,7 @@ def bfloat16_pays() -> bool:
 def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
     """PPO for this environment. Its networks are initialised from torch's global generator."""
     model = {
-        "class_name": "MLPModel",
+        "class_name": EquivariantModel if config.equivariant else MLPModel,
         "hidden_dims": list(config.hidden),
         "activation": "elu",
         "obs_normalization": False,
@@ -40,7 +41,7 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
         "actor": {**model, "distribution_cfg": noise},
         "critic": dict(model),
         "algorithm": {
-            "class_name": MirrorPPO if config.mirror else PPO,
+            "class_name": "PPO",
             "num_learning_epochs": config.epochs,
             "num_mini_batches": config.mini_batches,
             "clip_param": config.clip,

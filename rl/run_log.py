@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.errors import FileProblem
+from symdyn.files import writable_directory, write_text
 
 FILE = "progress.jsonl"
 
@@ -26,14 +27,14 @@ class RunLog:
     def __init__(self, run: Path, resume_at: int = 0) -> None:
         from torch.utils.tensorboard import SummaryWriter
 
-        kept = [record for record in read(run) if record["iteration"] <= resume_at] if resume_at else []
+        writable_directory(run)
+        kept = [record for record in read(run) if record["iteration"] <= resume_at]
+        write_text(run / FILE, "".join(json.dumps(record) + "\n" for record in kept))
         try:
-            self._stream = (run / FILE).open("w", encoding="utf-8")
+            self._stream = (run / FILE).open("a", encoding="utf-8")
             self._writer = SummaryWriter(str(run), purge_step=resume_at + 1 if resume_at else None)
         except OSError as error:
             raise FileProblem(run / FILE, f"cannot be written: {error.strerror or error}.") from error
-        for record in kept:
-            self._stream.write(json.dumps(record) + "\n")
 
     def add(self, record: dict[str, Any]) -> None:
         """Write one update's record; ``iteration`` and ``samples`` are among its keys."""
