@@ -14,7 +14,7 @@ from rl import protocols
 from rl.protocols import Suite
 from rl.simulate import Episode, run
 from symdyn import metrics
-from symdyn.footfall import strides
+from symdyn.footfall import cut_strides
 from symdyn.gaits import LIBRARY
 from symdyn.policy import Policy
 from symdyn.robot import Robot
@@ -80,9 +80,10 @@ def evaluate(
     velocity_runs = {key: [next(left) for _ in group] for key, group in velocity.items()}
     gait_runs = [next(left) for _ in gait_sequence]
     transition_runs = {key: next(left) for key in transitions}
+    reversal = policy.metadata.time_reversal
     table: dict[str, dict[str, Any]] = {gait: {} for gait in suite.gaits}
     for (gait, speed), episodes in constant_runs.items():
-        table[gait][f"{speed:g}"] = _constant(gait, episodes)
+        table[gait][f"{speed:g}"] = _constant(gait, episodes, reversal)
     result = {
         "suite": suite.name,
         "policy": str(path),
@@ -90,9 +91,9 @@ def evaluate(
         "seeds": list(suite.seeds),
         "protocol": _describe(suite),
         "gaits": table,
-        "transitions": [_transition(key, episode) for key, episode in transition_runs.items()],
-        "velocity_sequence": {gait: _velocity_steps(gait, episodes) for gait, episodes in velocity_runs.items()},
-        "gait_sequence": _gait_steps(gait_runs) if gait_runs else {},
+        "transitions": [_transition(key, episode, reversal) for key, episode in transition_runs.items()],
+        "velocity_sequence": {gait: _velocity_steps(gait, episodes, reversal) for gait, episodes in velocity_runs.items()},
+        "gait_sequence": _gait_steps(gait_runs, reversal) if gait_runs else {},
         "keys": {**metrics.KEYS, **EXTRA_KEYS},
     }
     first = {gait: episodes[0] for gait, episodes in velocity_runs.items()}
@@ -113,31 +114,31 @@ def _describe(suite: Suite) -> dict[str, Any]:
     }
 
 
-def _constant(gait: str, episodes: Sequence[Episode]) -> dict[str, float]:
-    summaries = [metrics.summarise(e.recording, gait, SETTLE_S) for e in episodes if _long_enough(e)]
+def _constant(gait: str, episodes: Sequence[Episode], time_reversal: bool) -> dict[str, float]:
+    summaries = [metrics.summarise(e.recording, gait, SETTLE_S, time_reversal) for e in episodes if _long_enough(e)]
     return {**_mean(summaries), "fell": _share_fallen(episodes)}
 
 
-def _velocity_steps(gait: str, episodes: Sequence[Episode]) -> dict[str, Any]:
+def _velocity_steps(gait: str, episodes: Sequence[Episode], time_reversal: bool) -> dict[str, Any]:
     by_step = {}
     for i, speed in enumerate(protocols.VELOCITY_SEQUENCE):
         start = i * protocols.VELOCITY_HOLD_S
         parts = [e.recording.between(start, start + protocols.VELOCITY_HOLD_S) for e in episodes]
         whole = [p for p in parts if len(p.time) * p.dt > SETTLE_S + 1.0]
-        summary = _mean([metrics.summarise(part, gait, SETTLE_S) for part in whole])
+        summary = _mean([metrics.summarise(part, gait, SETTLE_S, time_reversal) for part in whole])
         by_step[f"{speed:g}"] = {
             k: summary.get(k) for k in ("settling_time", "speed_error", "y_error", "gait_identity")
         }
     return {"by_step": by_step, "fell": _share_fallen(episodes)}
 
 
-def _gait_steps(episodes: Sequence[Episode]) -> dict[str, Any]:
+def _gait_steps(episodes: Sequence[Episode], time_reversal: bool) -> dict[str, Any]:
     by_gait = {}
     for i, gait in enumerate(protocols.GAIT_SEQUENCE):
         start = i * protocols.GAIT_HOLD_S
         parts = [e.recording.between(start, start + protocols.GAIT_HOLD_S) for e in episodes]
         whole = [p for p in parts if len(p.time) * p.dt > 0.75 * protocols.GAIT_HOLD_S]
-        by_gait[gait] = _mean([metrics.summarise(part, gait, 0.0) for part in whole])
+        by_gait[gait] = _mean([metrics.summarise(part, gait, 0.0, time_reversal) for part in whole])
     finished = [e for e in episodes if e.fell_at is None]
     stance = [metrics.gc_stance(e.recording.contact, e.recording.desired_stance) for e in finished]
     return {
@@ -147,13 +148,13 @@ def _gait_steps(episodes: Sequence[Episode]) -> dict[str, Any]:
     }
 
 
-def _transition(key: tuple[str, str, float], episode: Episode) -> dict[str, Any]:
+def _transition(key: tuple[str, str, float], episode: Episode, time_reversal: bool) -> dict[str, Any]:
     first, second, speed = key
     switch = episode.script.segments[1].start
     after = episode.recording.between(switch, episode.script.duration)
     seconds, count = math.nan, math.nan
     if len(after.time):
-        found = strides(after)
+        found = cut_strides(after, time_reversal=time_reversal)
         same = [i for i, name in enumerate(found.gait) if name == second]
         if same:
             seconds, count = float(found.stop[same[0]]) * after.dt, same[0] + 1

@@ -76,5 +76,5 @@ class Recording:
                 values: dict[str, Any] = {f.name: data[f.name] for f in fields(cls)}
         except (OSError, ValueError, KeyError) as error:
             raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
-        scalars = {name: float(value) for name, value in values.items() if value.ndim == 0}
+        scalars: dict[str, Any] = {name: float(value) for name, value in values.items() if value.ndim == 0}
         return cls(**(values | scalars))
