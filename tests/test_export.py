@@ -30,6 +30,7 @@ from symdyn.policy import METADATA_KEY, Policy
 from symdyn.robot import GO2
 from symdyn.timing import GRAVITY, TimingCurve
 
+OBS = torch.randn(100, OBSERVATION.size, generator=torch.Generator().manual_seed(1))
 CURVE = TimingCurve(a_T=1.0 / 3.0 + 2.0, source="a test")
 
 
@@ -70,6 +71,12 @@ def files(directory: Path) -> set[Path]:
     return set(directory.rglob("*")) | set(directory.rglob(".*"))
 
 
+def actions_of(trainer: Trainer) -> np.ndarray:
+    """What the trained actor itself does on :data:`OBS`, (100, 12)."""
+    with torch.inference_mode():
+        return trainer.ppo.get_policy()(TensorDict({"policy": OBS}, batch_size=[len(OBS)])).numpy()
+
+
 def spoil(run: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     """Change the newest checkpoint of a run."""
     path = checkpoint.list_checkpoints(run)[-1]
@@ -81,12 +88,19 @@ def spoil(run: Path, change: Callable[[dict[str, Any]], object]) -> Path:
 
 class TestGood:
     def test_gives_the_actors_actions(self, trained: tuple[Path, Trainer], exported: Path) -> None:
-        _, trainer = trained
-        policy = Policy.load(exported)
-        obs = torch.randn(100, OBSERVATION.size)
-        with torch.inference_mode():
-            wanted = trainer.ppo.get_policy()(TensorDict({"policy": obs}, batch_size=[100]))
-        np.testing.assert_allclose(policy.act(obs.numpy()), wanted.numpy(), rtol=0.0, atol=1e-5)
+        actions = Policy.load(exported).act(OBS.numpy())
+        np.testing.assert_allclose(actions, actions_of(trained[1]), rtol=0.0, atol=1e-5)
+
+    @pytest.mark.parametrize("equivariant", [False, True])
+    def test_gives_the_actions_of_either_kind_of_actor(self, tmp_path: Path, equivariant: bool) -> None:
+        config = preset("smoke")
+        ppo = replace(config.ppo, equivariant=equivariant, hidden=(32, 16))
+        config = replace(config, num_envs=4, iterations=1, ppo=ppo)
+        config_file.save(config, tmp_path / run_dir.CONFIG)
+        trainer = Trainer(config, tmp_path)
+        assert trainer.train()
+        actions = Policy.load(export_policy(tmp_path)).act(OBS.numpy())
+        np.testing.assert_allclose(actions, actions_of(trainer), rtol=0.0, atol=1e-5)
 
     def test_is_one_file(self, exported: Path) -> None:
         assert files(exported.parent) == {exported}
@@ -190,6 +204,12 @@ class TestRefused:
         config_file.save(replace(config, ppo=replace(config.ppo, hidden=(64,))), run / run_dir.CONFIG)
         self.refused(run, r"layers of \[52, 512, 256, 128, 12\], but its settings ask for \[52, 64, 12\]")
 
+    def test_another_kind_of_actor_than_the_settings(self, run: Path) -> None:
+        config = config_file.load(run / run_dir.CONFIG)
+        other = replace(config, ppo=replace(config.ppo, equivariant=not config.ppo.equivariant))
+        config_file.save(other, run / run_dir.CONFIG)
+        self.refused(run, "another kind")
+
     def test_missing_timing_file(self, run: Path, tmp_path: Path) -> None:
         config = config_file.load(run / run_dir.CONFIG)
         config_file.save(replace(config, timing=tmp_path / "gone.json"), run / run_dir.CONFIG)
@@ -200,7 +220,7 @@ class TestRefused:
         self.refused(run, "without an actor")
 
     def test_weights_that_are_not_finite(self, run: Path) -> None:
-        path = spoil(run, lambda content: content["ppo"]["actor_state_dict"]["mlp.2.bias"].fill_(torch.nan))
+        path = spoil(run, lambda content: list(content["ppo"]["actor_state_dict"].values())[-1].fill_(torch.nan))
         self.refused(run, "not finite")
         self.refused(run, f"{path.name}: holds an actor whose weights are not finite", path)
 
