@@ -119,7 +119,7 @@ class TestRefused:
             (lambda d: d.update(preset="gpu"), ("preset is 'gpu'", "'cpu', 'paper', 'smoke'")),
             (lambda d: d.update(timing=3), ("timing is 3", "a path")),
             (lambda d: d.update(timing=""), ("timing is ''", "a path")),
-            (lambda d: d["ppo"].update(mirror="yes"), ("ppo.mirror is 'yes'", "true or false")),
+            (lambda d: d["ppo"].update(equivariant="yes"), ("ppo.equivariant is 'yes'", "true or false")),
             (lambda d: d["ppo"].update(mixed_precision=True), ("ppo.mixed_precision is True", "'on'")),
             (lambda d: d["ppo"].update(learning_rate="1e-3"), ("ppo.learning_rate is '1e-3'", "1.0e-3")),
             (lambda d: d["ppo"].update(learning_rate=math.nan), ("ppo.learning_rate is nan", "finite")),
