@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import os
+
 import mujoco
 import numpy as np
 import torch
@@ -13,9 +15,12 @@ from numpy.typing import NDArray
 
 from rl.model import FLOOR, ROOT_JOINT, foot_site, force_sensor, position_sensor, velocity_sensor
 from rl.physics import Physics, Pose, RobotState
-from symdyn.errors import InvalidValue
+from symdyn.errors import InvalidValue, ResourceProblem
 from symdyn.legs import JOINTS, LEGS
 from symdyn.robot import Robot
+
+BYTES_PER_ROBOT = 0.6e6
+"""Memory of one simulation with its share of the learner's, rounded up (make bench measures it)."""
 
 _VELOCITY_STAGE = int(mujoco.mjtStage.mjSTAGE_VEL.value)
 _NO_STAGE = int(mujoco.mjtStage.mjSTAGE_NONE.value)
@@ -49,12 +54,14 @@ class BatchPhysics(Physics):
 
     Raises:
         InvalidValue: if the control step is no multiple of the model's time step.
+        ResourceProblem: if the machine has no memory for so many.
     """
 
     def __init__(self, model: mujoco.MjModel, robot: Robot, num_envs: int, num_threads: int = 0) -> None:
         substeps = robot.control_dt / model.opt.timestep
         if abs(substeps - round(substeps)) > 1e-9 or round(substeps) < 1:
             raise InvalidValue("The control step", robot.control_dt, f"a multiple of {model.opt.timestep} s")
+        _check_memory(num_envs)
         # a diverging simulation shall be seen and dumped, not silently put back to its initial pose
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.num_envs = num_envs
@@ -167,3 +174,14 @@ class BatchPhysics(Physics):
             "added_mass": [float(self._dynamics[0][env])],
             "friction_scale": [float(self._dynamics[1][env])],
         }
+
+
+def _check_memory(num_envs: int) -> None:
+    # asking for too much would not fail: the system would kill the process once the pages are touched
+    needed, present = num_envs * BYTES_PER_ROBOT, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > present:
+        fit = int(present / BYTES_PER_ROBOT)
+        raise ResourceProblem(
+            f"{num_envs} robots need {needed / 2**30:.0f} GiB of memory, and this machine has {present / 2**30:.0f} GiB: "
+            f"take at most {fit}."
+        )

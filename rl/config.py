@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from rl.commands import CommandConfig
+from rl.curriculum import RewardCurriculum
 from rl.env import EnvConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
@@ -61,6 +62,8 @@ class PPOConfig:
     mixed_precision: Literal["auto", "on", "off"] = "auto"
 
     def __post_init__(self) -> None:
+        if not self.hidden or min(self.hidden) < 1:
+            raise InvalidValue("hidden", self.hidden, "at least one layer, each of at least one unit")
         positive = ("initial_std", "steps", "epochs", "mini_batches", "learning_rate", "desired_kl", "max_grad_norm")
         for name in positive:
             if not getattr(self, name) > 0:
@@ -126,19 +129,19 @@ def _cpu() -> TrainConfig:
     commands = CommandConfig(
         choose="class",
         noise_keeps_class=True,
-        velocity_first_s=(2.0, 6.0),
-        velocity_again_s=(2.0, 6.0),
-        gait_first_s=(2.0, 6.0),
-        gait_again_s=(2.0, 6.0),
+        velocity_first_s=(3.0, 8.0),
+        velocity_again_s=(3.0, 8.0),
+        gait_first_s=(3.0, 8.0),
+        gait_again_s=(3.0, 8.0),
     )
-    rewards = RewardConfig(x_velocity=0.75, x_rate=1.0, temporal=0.3, force_rate=0.01, velocity_filter=0.5, total="exp")
+    insistent = RewardConfig(x_velocity=0.5, temporal=0.3, force_rate=0.01, velocity_filter=0.5, exp_share=1.0)
     return TrainConfig(
         preset="cpu",
         iterations=4000,
         num_envs=1024,
-        env=EnvConfig(episode_s=20.0, commands=commands, rewards=rewards),
+        env=EnvConfig(episode_s=20.0, commands=commands, curriculum=RewardCurriculum(final=insistent)),
         ppo=PPOConfig(
-            epochs=3,
+            epochs=4,
             privileged_critic=True,
             equivariant=True,
             entropy_final=0.001,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from tensordict import TensorDict
 
 from rl import rewards
 from rl.commands import CommandConfig, Commands, uniform
+from rl.curriculum import RewardCurriculum
 from rl.physics import Physics, Pose, RobotState, heading_velocity
 from rl.privileged import PRIVILEGED, privileged_terms
 from rl.randomization import RandomizationConfig
@@ -43,6 +45,11 @@ class ResetConfig:
     joint_noise: float = 0.1
     velocity_noise: float = 0.3
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0.0 <= value < math.inf:
+                raise InvalidValue(f"reset.{name}", value, "a number >= 0")
+
 
 @dataclass(frozen=True)
 class EnvConfig:
@@ -50,13 +57,13 @@ class EnvConfig:
 
     Attributes:
         episode_s: length of an episode, s (paper).
-        action_limit: actions are clamped to this magnitude before they become joint targets.
+        curriculum: how the reward changes while training; None for one that stays.
     """
 
     episode_s: float = 30.0
-    action_limit: float = 10.0
     commands: CommandConfig = field(default_factory=CommandConfig)
     rewards: RewardConfig = field(default_factory=RewardConfig)
+    curriculum: RewardCurriculum | None = None
     randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
     termination: TerminationConfig = field(default_factory=TerminationConfig)
     reset: ResetConfig = field(default_factory=ResetConfig)
@@ -92,6 +99,7 @@ class GaitEnv(VecEnv):
         if config.episode_s < robot.control_dt:
             raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {robot.control_dt} s")
         self.config = config
+        self.set_progress(0)
         self.cfg = config  # rsl_rl's name for it
         self.physics = physics
         self.timing = timing
@@ -132,8 +140,6 @@ class GaitEnv(VecEnv):
             observations (of the new episode where one ended), rewards (N,), dones (N,) int64, and extras: ``time_outs``
             (N,) and ``log`` (means of the weighted reward terms, of speed error and of falls).
         """
-        limit = self.config.action_limit
-        actions = actions.clamp(-limit, limit)
         self.physics.step(self._default_pos + self.robot.action_scale * actions)
         state = self.physics.read()
         self.episode_length_buf += 1
@@ -143,7 +149,7 @@ class GaitEnv(VecEnv):
         self._advance_clock()
         self._filter_velocity(state)
         terms = self._reward_terms(state, actions)
-        reward = rewards.total(terms, self.config.rewards.total)
+        reward = rewards.total(terms, self.rewards.exp_share)
         reward[diverged] = 0.0
         fell = fallen(state, self.config.termination) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
@@ -162,6 +168,11 @@ class GaitEnv(VecEnv):
         self._state = state
         self._observation = self._observe(state)
         return self._observation, reward, done.long(), extras
+
+    def set_progress(self, samples: int) -> None:
+        """Take the reward that the curriculum has for so many samples."""
+        curriculum, initial = self.config.curriculum, self.config.rewards
+        self.rewards = initial if curriculum is None else curriculum.at(initial, samples)
 
     def duty_and_period(self) -> tuple[torch.Tensor, torch.Tensor]:
         """beta and T (s) of the present commands, (N,) each."""
@@ -200,7 +211,7 @@ class GaitEnv(VecEnv):
         self.phase = clock.advance(self.phase, period, self.robot.control_dt)
 
     def _filter_velocity(self, state: RobotState) -> None:
-        strides = self.config.rewards.velocity_filter
+        strides = self.rewards.velocity_filter
         now = heading_velocity(state)
         if strides > 0.0:
             _, period = self.duty_and_period()
@@ -209,7 +220,7 @@ class GaitEnv(VecEnv):
         self.velocity_h = now
 
     def _reward_terms(self, state: RobotState, actions: torch.Tensor) -> dict[str, torch.Tensor]:
-        c, command = self.config.rewards, self.commands.velocity
+        c, command = self.rewards, self.commands.velocity
         duty, _ = self.duty_and_period()
         phases = self.leg_phases()
         sole_height = state.foot_pos_w[..., 2] - self.physics.foot_radius

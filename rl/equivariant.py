@@ -52,6 +52,11 @@ class GroupAverage(nn.Module):
         mirror_out: map of its output; None where the output is invariant.
     """
 
+    in_index: torch.Tensor
+    in_sign: torch.Tensor
+    out_index: torch.Tensor
+    out_sign: torch.Tensor
+
     def __init__(self, network: nn.Module, mirror_in: Mirror, mirror_out: Mirror | None) -> None:
         super().__init__()
         self.network = network
@@ -77,7 +82,9 @@ class GroupAverage(nn.Module):
 class EquivariantModel(MLPModel):
     """rsl_rl's MLP model, averaged over {e, g_s}: equivariant as an actor, invariant as a critic."""
 
-    def __init__(self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, *args: Any, **kwargs: Any) -> None:
+    def __init__(
+        self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, *args: Any, **kwargs: Any
+    ) -> None:
         super().__init__(obs, obs_groups, obs_set, *args, **kwargs)
         mirror_out = mirror_of_actions() if obs_set == "actor" else None
         self.mlp = GroupAverage(self.mlp, mirror_of_groups(self.obs_groups), mirror_out)

@@ -17,7 +17,6 @@ from symdyn import metrics
 from symdyn.footfall import cut_strides
 from symdyn.gaits import LIBRARY
 from symdyn.policy import Policy
-from symdyn.robot import Robot
 
 SETTLE_S = 1.0
 """s after a change of command that steady-state metrics leave out (the paper: about 1 s to converge)."""
@@ -51,7 +50,6 @@ def evaluate(
     policy: Policy,
     path: Path,
     suite: Suite,
-    robot: Robot,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
     """Run a suite.
@@ -60,7 +58,6 @@ def evaluate(
         policy: to judge.
         path: its file, to be named in the results.
         suite: what to run.
-        robot: the policy's.
         on_progress: called with the episodes done and those in all.
     """
     constant = protocols.constant_scripts(suite)
@@ -75,7 +72,7 @@ def evaluate(
     ]
     total = len(scripts)
     progress = None if on_progress is None else lambda done: on_progress(done, total)
-    left = iter(run(policy, scripts, robot, progress))
+    left = iter(run(policy, scripts, progress))
     constant_runs = {key: [next(left) for _ in group] for key, group in constant.items()}
     velocity_runs = {key: [next(left) for _ in group] for key, group in velocity.items()}
     gait_runs = [next(left) for _ in gait_sequence]
@@ -92,7 +89,9 @@ def evaluate(
         "protocol": _describe(suite),
         "gaits": table,
         "transitions": [_transition(key, episode, reversal) for key, episode in transition_runs.items()],
-        "velocity_sequence": {gait: _velocity_steps(gait, episodes, reversal) for gait, episodes in velocity_runs.items()},
+        "velocity_sequence": {
+            gait: _velocity_steps(gait, episodes, reversal) for gait, episodes in velocity_runs.items()
+        },
         "gait_sequence": _gait_steps(gait_runs, reversal) if gait_runs else {},
         "keys": {**metrics.KEYS, **EXTRA_KEYS},
     }

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
-import subprocess
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,14 +20,15 @@ from rl import checkpoint as checkpoints
 from rl import config_file, run_dir
 from rl.config import TrainConfig
 from rl.equivariant import GroupAverage, mirror_of_actions, mirror_of_groups
+from rl.origin import commit
 from symdyn.errors import FileProblem
-from symdyn.files import write_with
+from symdyn.files import read_json, write_with
 from symdyn.gaits import get
 from symdyn.legs import JOINTS
 from symdyn.observation import OBSERVATION
 from symdyn.policy import INPUT, METADATA_KEY, OUTPUT, Policy, PolicyMetadata
 from symdyn.robot import GO2, Robot
-from symdyn.timing import GRAVITY, TimingCurve
+from symdyn.timing import GRAVITY
 
 OPSET = 18
 TOLERANCE = 1e-5
@@ -59,7 +58,7 @@ def export_policy(run: Path, out: Path | None = None, checkpoint: Path | None = 
     content = checkpoints.load_newest(run) if checkpoint is None else checkpoints.load(checkpoint)
     origin = checkpoint or run
     actor = build_actor(content, config, origin)
-    metadata = describe(config, content["iteration"])
+    metadata = describe(run, config, content["iteration"])
     out = out or run / run_dir.POLICY
 
     def write(temporary: Path) -> None:
@@ -105,10 +104,11 @@ def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) ->
     return actor.eval()
 
 
-def describe(config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyMetadata:
+def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyMetadata:
     """The metadata of a policy.
 
     Args:
+        run: directory of the run.
         config: of the run.
         iteration: number of updates behind it.
         robot: that it was trained on.
@@ -117,6 +117,8 @@ def describe(config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyM
         FileProblem: if the run's timing file is missing or malformed.
     """
     commands = config.env.commands
+    noted = run / run_dir.ORIGIN
+    origin_commit = read_json(noted)["commit"] if noted.is_file() else commit()
     return PolicyMetadata(
         robot=robot.name,
         joint_names=robot.joint_names,
@@ -129,7 +131,7 @@ def describe(config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyM
         gravity=GRAVITY,
         observation=tuple(OBSERVATION.as_list()),
         gaits={name: get(name) for name in commands.gaits},
-        timing=TimingCurve() if config.timing is None else TimingCurve.load(config.timing),
+        timing=run_dir.timing(run, config.timing),
         command_range={
             "velocity_x": commands.velocity_x,
             "velocity_y": commands.velocity_y,
@@ -137,37 +139,12 @@ def describe(config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyM
         },
         time_reversal=commands.time_reversal,
         training={
-            "commit": commit(Path(__file__).parent),
+            "commit": origin_commit,
             "config": config_file.plain(config),
             "samples": iteration * config.num_envs * config.ppo.steps,
             "seed": config.seed,
         },
     )
-
-
-def commit(package: Path) -> str:
-    """The commit of the checkout that a package is imported from, with ``-dirty`` if the checkout has changes.
-
-    Args:
-        package: directory of the package.
-
-    Returns:
-        40 hex digits, with or without ``-dirty``; ``unknown`` if there is no git or the package is no part of a
-        checkout (it may lie, ignored, inside one: a virtual environment in a project of the user's).
-    """
-    try:
-        _git(package, "ls-files", "--error-unmatch", "__init__.py")
-        head = _git(package, "rev-parse", "HEAD").strip()
-        return head + ("-dirty" if _git(package, "status", "--porcelain").strip() else "")
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-
-
-def _git(directory: Path, *arguments: str) -> str:
-    command = ["git", "--no-optional-locks", "-C", str(directory), *arguments]
-    # inside a git hook these name the hook's repository, wherever -C points
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
 
 
 def _to_onnx(actor: nn.Module, metadata: PolicyMetadata) -> onnx.ModelProto:

@@ -27,6 +27,9 @@ PHYSICS_DT = 0.005
 DEFAULT_FRICTION = 0.8
 """Sliding friction of foot on floor: rubber on hard floor, between Isaac Gym's 1.0 and menagerie's 0.8 for the Go2."""
 
+ARENA_BYTES = 2**20
+"""Room for contacts and constraints of one simulation; four feet and a trunk on the floor use a tenth of it."""
+
 FLOOR = "floor"
 TRUNK_GEOM = "trunk"
 ROOT_JOINT = "root"
@@ -107,6 +110,7 @@ def build_spec(robot: Robot) -> mujoco.MjSpec:
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     spec.option.iterations = 10
     spec.option.ls_iterations = 20
+    spec.memory = ARENA_BYTES
     spec.body(robot.trunk).add_freejoint(name=ROOT_JOINT)
     _add_actuators(spec, robot)
     _add_floor(spec)

@@ -6,12 +6,13 @@ Every term is a pure function of tensors to (N,), at most zero and bounded by it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+import math
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
 
+from symdyn.errors import InvalidValue
 from symdyn.legs import JOINTS, LEG_JOINTS, LEGS
 from symdyn.symmetry import PAIRS, pair_joint_signs, pairs_in_phase
 
@@ -35,8 +36,8 @@ class RewardConfig:
         morphological_term: False leaves out R_mor (an ablation of the paper).
         velocity_filter: time constant of a low-pass on the velocities before they are judged, in strides; 0 judges the
             instantaneous ones (paper). Asymmetric gaits sway within every stride and are not to be punished for it.
-        total: ``clip`` is max(0, 1 + sum) (paper); ``exp`` is exp(sum), which agrees with it to first order near the
-            optimum and, never being clipped, has a slope everywhere.
+        exp_share: 0 makes the reward max(0, 1 + sum) (paper); 1 makes it exp(sum), which agrees with that to first order near
+            the optimum and, never being clipped, has a slope everywhere; between them it is their mixture.
     """
 
     x_velocity: float = 0.3
@@ -62,7 +63,15 @@ class RewardConfig:
     kappa: float = 16.0
     morphological_term: bool = True
     velocity_filter: float = 0.0
-    total: Literal["clip", "exp"] = "clip"
+    exp_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, float) and not 0.0 <= value < math.inf:
+                raise InvalidValue(item.name, value, "a number >= 0")
+        if self.exp_share > 1.0:
+            raise InvalidValue("exp_share", self.exp_share, "in [0, 1]")
 
 
 def saturating(amount: torch.Tensor, rate: float) -> torch.Tensor:
@@ -144,7 +153,8 @@ def morphological(joint_pos: torch.Tensor, offsets: torch.Tensor, rate: float) -
     return -saturating(pair_difference(joint_pos, offsets), rate)
 
 
-def total(terms: dict[str, torch.Tensor], kind: Literal["clip", "exp"]) -> torch.Tensor:
-    """The reward from the weighted terms, (N,): max(0, 1 + sum) or exp(sum)."""
+def total(terms: dict[str, torch.Tensor], exp_share: float) -> torch.Tensor:
+    """The reward from the weighted terms, (N,): max(0, 1 + sum), exp(sum), or their mixture."""
     penalty = torch.stack(list(terms.values())).sum(dim=0)
-    return torch.exp(penalty) if kind == "exp" else (1.0 + penalty).clamp(min=0.0)
+    clipped = (1.0 + penalty).clamp(min=0.0)
+    return clipped if exp_share == 0.0 else torch.lerp(clipped, torch.exp(penalty), exp_share)

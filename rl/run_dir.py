@@ -4,25 +4,29 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from rl import checkpoint
 from symdyn.errors import FileProblem
-from symdyn.files import writable_directory
+from symdyn.files import writable_directory, write_json
+from symdyn.timing import TimingCurve
 
 CONFIG = "config.yaml"
+TIMING = "timing.json"
+ORIGIN = "origin.json"
 POLICY = "policy.onnx"
 
 
 def fresh(path: Path | None, preset: str) -> Path:
-    """A directory for a new run: ``path``, or ``runs/DATE-TIME-PRESET``.
+    """Where a new run may go: ``path``, or ``runs/DATE-TIME-PRESET``. Nothing is made yet.
 
     Raises:
-        FileProblem: if it cannot be written to, or already holds a run.
+        FileProblem: if there is a run already.
     """
     run = path or Path("runs") / f"{datetime.now():%Y%m%d-%H%M%S}-{preset}"
     if (run / CONFIG).exists() or checkpoint.list_checkpoints(run):
         raise FileProblem(run, f"already holds a run: continue it with --resume {run}, or choose another --out.")
-    return writable_directory(run)
+    return run
 
 
 def existing(path: Path) -> Path:
@@ -36,3 +40,31 @@ def existing(path: Path) -> Path:
     if not (path / CONFIG).is_file():
         raise FileProblem(path, f"is no run of symdyn train (it holds no {CONFIG}).")
     return path
+
+
+def timing(run: Path, chosen: Path | None) -> TimingCurve:
+    """The curves of a run: its own copy, or while it has none those of the file that was chosen, or the paper's.
+
+    Raises:
+        FileProblem: if the file is missing or malformed.
+    """
+    if (run / TIMING).is_file():
+        return TimingCurve.load(run / TIMING)
+    return TimingCurve() if chosen is None else TimingCurve.load(chosen)
+
+
+def begin(run: Path, curve: TimingCurve, origin: dict[str, Any]) -> None:
+    """Write what must not change while the run goes on, whatever happens to the files it came from.
+
+    Args:
+        run: directory, made if need be.
+        curve: its timing.
+        origin: where the code came from.
+
+    Raises:
+        FileProblem: if it cannot be written.
+    """
+    writable_directory(run)
+    if not (run / TIMING).is_file():
+        curve.save(run / TIMING)
+        write_json(run / ORIGIN, origin)

@@ -7,7 +7,7 @@ calls.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -25,7 +25,7 @@ from symdyn.legs import LEGS
 from symdyn.observation import OBSERVATION, command_terms
 from symdyn.policy import Policy
 from symdyn.recording import Recording
-from symdyn.robot import Robot
+from symdyn.robot import Robot, get_robot
 from symdyn.timing import GRAVITY
 
 CONTACT_FORCE = 1.0
@@ -82,24 +82,39 @@ class Episode:
     fell_at: float | None
 
 
+def robot_of(policy: Policy) -> Robot:
+    """The robot that a policy file drives, with the gains and rates that the file asks for.
+
+    Raises:
+        UnknownName: if there is no such robot.
+    """
+    meta = policy.metadata
+    return replace(
+        get_robot(meta.robot),
+        action_scale=meta.action_scale,
+        kp=meta.kp,
+        kd=meta.kd,
+        control_dt=meta.control_dt,
+        leg_length=meta.leg_length,
+    )
+
+
 def run(
     policy: Policy,
     scripts: Sequence[Script],
-    robot: Robot,
     on_progress: Callable[[int], None] | None = None,
 ) -> list[Episode]:
     """Run every script; the results are in the order of the scripts and do not depend on how they are grouped.
 
     Args:
-        policy: made for ``robot``.
+        policy: to run.
         scripts: any number.
-        robot: whose model.
         on_progress: called with the number of scripts done.
     """
     order = sorted(range(len(scripts)), key=lambda i: scripts[i].duration)
     found: dict[int, Episode] = {}
     for group in _groups(order):
-        episodes = _run_together(policy, [scripts[i] for i in group], robot)
+        episodes = _run_together(policy, [scripts[i] for i in group])
         found.update(zip(group, episodes, strict=True))
         if on_progress is not None:
             on_progress(len(found))
@@ -130,7 +145,8 @@ class _Commands:
                 self._next[i] += 1
 
 
-def _run_together(policy: Policy, scripts: Sequence[Script], robot: Robot) -> list[Episode]:
+def _run_together(policy: Policy, scripts: Sequence[Script]) -> list[Episode]:
+    robot = robot_of(policy)
     n = len(scripts)
     meta = policy.metadata
     physics = BatchPhysics(build_model(robot), robot, n)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import torch
 
 from rl.physics import RobotState
+from symdyn.errors import InvalidValue
 from symdyn.frames import projected_gravity
 
 
@@ -23,6 +25,11 @@ class TerminationConfig:
     height: float = 0.18
     roll: float = 0.8
     pitch: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0.0 < value < math.inf:
+                raise InvalidValue(f"termination.{name}", value, "a number > 0")
 
 
 def fallen(state: RobotState, limits: TerminationConfig) -> torch.Tensor:

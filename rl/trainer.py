@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import torch
 
-from rl import checkpoint
+from rl import checkpoint, run_dir
 from rl.batch_physics import BatchPhysics
 from rl.config import TrainConfig
 from rl.env import GaitEnv
@@ -23,7 +23,6 @@ from rl.model import build_model
 from rl.run_log import RunLog
 from symdyn.errors import FileProblem
 from symdyn.robot import GO2
-from symdyn.timing import TimingCurve
 
 _log = logging.getLogger(__name__)
 _EPISODES_AVERAGED = 200
@@ -52,7 +51,7 @@ class Trainer:
         self.config = config
         self.run = run
         torch.manual_seed(config.seed)
-        timing = TimingCurve() if config.timing is None else TimingCurve.load(config.timing)
+        timing = run_dir.timing(run, config.timing)
         physics = BatchPhysics(build_model(GO2), GO2, config.num_envs, config.threads)
         self.env = GaitEnv(config.env, physics, timing, seed=config.seed, dump_dir=run / "diverged")
         self.ppo = make_ppo(config.ppo, self.env)
@@ -125,7 +124,9 @@ class Trainer:
         sums: dict[str, torch.Tensor] = {}
         reward_sum = torch.zeros(())
         steps = self.config.ppo.steps
-        self.ppo.entropy_coef = self.config.ppo.entropy_at(self.iteration * self.samples_per_iteration)
+        samples = self.iteration * self.samples_per_iteration
+        self.ppo.entropy_coef = self.config.ppo.entropy_at(samples)
+        self.env.set_progress(samples)
         obs = self.env.get_observations()
         with torch.inference_mode():
             for _ in range(steps):

@@ -15,8 +15,9 @@ from pathlib import Path  # noqa: E402
 
 import tyro  # noqa: E402
 
-from rl import config_file, run_dir  # noqa: E402
+from rl import run_dir  # noqa: E402
 from rl.cli.evaluate import judge  # noqa: E402
+from rl.cli.train import start  # noqa: E402
 from rl.config import preset  # noqa: E402
 from rl.export import export_policy  # noqa: E402
 from rl.trainer import Trainer  # noqa: E402
@@ -54,8 +55,8 @@ def run(arguments: Sequence[str]) -> int:
     log_to(console)
     directory = _clear(writable_directory(args.out) / "run")
     config = replace(preset("cpu"), seed=args.seed)
-    config_file.save(config, directory / run_dir.CONFIG)
     trainer = Trainer(config, directory)
+    start(trainer)
     console.print(
         f"Training for {args.minutes:g} minutes with {config.num_envs} robots on {os.cpu_count()} processors."
     )

@@ -20,7 +20,6 @@ from rl.evaluate import evaluate  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.files import writable_directory  # noqa: E402
 from symdyn.policy import Policy  # noqa: E402
-from symdyn.robot import GO2  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,6 @@ def judge(policy_path: Path, suite_name: str, out: Path, console: Console, remar
     with Progress(console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(f"suite {suite.name}", total=None)
         found = evaluate(
-            policy, policy_path, suite, GO2, lambda done, total: progress.update(task, completed=done, total=total)
+            policy, policy_path, suite, lambda done, total: progress.update(task, completed=done, total=total)
         )
     return report.write(found, out, run_log.read(policy_path.parent), remark)

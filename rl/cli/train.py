@@ -12,11 +12,14 @@ from dataclasses import dataclass, field, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Annotated  # noqa: E402
 
+import torch  # noqa: E402
 import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from rl import checkpoint, config_file, run_dir  # noqa: E402
 from rl.config import TrainConfig, preset  # noqa: E402
+from rl.origin import commit  # noqa: E402
+from rl.trainer import Trainer  # noqa: E402
 from rl.training_display import TrainingDisplay  # noqa: E402
 from symdyn.cli import INTERRUPTED  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
@@ -77,19 +80,13 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
 
 
 def _train(directory: Path, config: TrainConfig, console: Console, resuming: bool) -> int:
-    import torch
-
-    from rl.trainer import Trainer
-
     if config.threads:
         torch.set_num_threads(config.threads)
-    if not resuming:
-        config_file.save(config, directory / run_dir.CONFIG)
-    trainer = Trainer(config, directory)
+    trainer = Trainer(config, directory)  # refuses bad settings before anything is written
     if resuming and checkpoint.list_checkpoints(directory):
         trainer.resume()
-        config_file.save(config, directory / run_dir.CONFIG)
         console.print(f"Going on with {directory} after {trainer.iteration} updates.")
+    start(trainer)
     samples = config.iterations * trainer.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}): {config.num_envs} robots, {config.iterations} updates, "
@@ -105,3 +102,9 @@ def _train(directory: Path, config: TrainConfig, console: Console, resuming: boo
     console.print(f"  symdyn export {directory}")
     console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick")
     return 0
+
+
+def start(trainer: Trainer) -> None:
+    """Write settings, timing and origin of a run before it runs. Raises FileProblem."""
+    run_dir.begin(trainer.run, trainer.env.timing, {"commit": commit()})
+    config_file.save(trainer.config, trainer.run / run_dir.CONFIG)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -9,15 +11,25 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.cli import main
 from symdyn.timing import TimingCurve
 
 
-def symdyn(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "symdyn", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=120, check=False)
+Done = subprocess.CompletedProcess[str]
 
 
-def assert_refused(done: subprocess.CompletedProcess[str], *said: str) -> None:
+def symdyn(*arguments: object, cwd: Path) -> Done:
+    """The command in this process (an interpreter that imports torch anew for each case would take minutes)."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.chdir(cwd), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(list(map(str, arguments)))
+        except SystemExit as stop:  # the parser's own way out
+            code = stop.code
+    return Done(list(map(str, arguments)), int(code or 0), out.getvalue(), err.getvalue())
+
+
+def assert_refused(done: Done, *said: str) -> None:
     assert done.returncode == 2, (done.returncode, done.stdout, done.stderr)
     assert "Traceback" not in done.stderr
     for words in said:
@@ -53,7 +65,7 @@ def files(folder: Path) -> set[Path]:
         (("train", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
         (("train", "--num-envs", "100000000", "--preset", "smoke"), ("memory",)),
         (("export", "nowhere"), ("nowhere", "no directory")),
-        (("evaluate", "nowhere.onnx"), ("nowhere.onnx", "does not exist")),
+        (("evaluate", "nowhere.onnx"), ("nowhere.onnx", "No such file")),
         (("evaluate", "nowhere.onnx", "--suite", "long"), ("Unknown suite 'long'", "paper, quick")),
         (("demo", "--minutes", "0"), ("--minutes", "> 0")),
         (("demo", "--minutes", "nan"), ("--minutes",)),
@@ -111,3 +123,10 @@ def test_a_policy_file_that_is_none(tmp_path):
 def test_a_full_disk(tmp_path):
     # /dev/full stands for a disk without room: opening works, writing does not
     assert_refused(symdyn("gaits", "trot", "--figure", "/dev/full/trot.png", cwd=tmp_path), "/dev/full")
+
+
+def test_a_process_of_its_own_says_it_on_standard_error_with_exit_code_2(tmp_path):
+    command = [sys.executable, "-m", "symdyn", "evaluate", "nowhere.onnx"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120, check=False)
+    assert_refused(done, "symdyn: error: nowhere.onnx")
+    assert done.stdout == ""
