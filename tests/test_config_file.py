@@ -147,8 +147,8 @@ class TestRefused:
 
     def test_what_could_not_be_read_back_is_not_written(self, path: Path) -> None:
         base = preset("cpu")
-        with pytest.raises(FileProblem, match=r"env\.action_limit is inf"):
-            config_file.save(replace(base, env=replace(base.env, action_limit=math.inf)), path)
+        with pytest.raises(FileProblem, match=r"env\.episode_s is inf"):
+            config_file.save(replace(base, env=replace(base.env, episode_s=math.inf)), path)
         assert list(path.parent.iterdir()) == []
 
     def test_unwritable(self, tmp_path: Path) -> None:
