@@ -1,7 +1,7 @@
 """``python -m benchmarks``: run every benchmark, print a table, write JSON.
 
-Absolute times on a shared machine wander by a factor of two; what is compared is therefore timed in turns within one run, and
-the ratio of the medians is what counts.
+Absolute times on a shared machine wander by a factor of two; what is compared is therefore timed in turns within one
+run, and the ratio of the medians is what counts.
 """
 
 from __future__ import annotations

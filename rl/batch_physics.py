@@ -27,8 +27,12 @@ _NO_STAGE = int(mujoco.mjtStage.mjSTAGE_NONE.value)
 
 
 def address_table(model: mujoco.MjModel, robot: Robot) -> dict[str, NDArray[np.int64]]:
-    """Where things lie in MuJoCo's arrays, by name: ``joint_pos`` in qpos and ``joint_vel`` in qvel, both in the order of
-    JOINTS; ``torque`` in actuator_force and ctrl; ``force``, ``position``, ``velocity`` of the feet in sensordata, (4, 3)."""
+    """Where things lie in MuJoCo's arrays, by name.
+
+    Returns:
+        ``joint_pos``: in qpos, (12,) in the order of JOINTS. ``joint_vel``: in qvel, (12,). ``torque``: in actuator_force
+        and ctrl, (12,). ``force``, ``position``, ``velocity`` of the feet: in sensordata, (4, 3).
+    """
 
     def sensors(name_of) -> NDArray[np.int64]:
         return np.array([np.arange(3) + model.sensor(name_of(leg)).adr[0] for leg in LEGS])
@@ -44,7 +48,7 @@ def address_table(model: mujoco.MjModel, robot: Robot) -> dict[str, NDArray[np.i
 
 
 class BatchPhysics(Physics):
-    """N copies of one model. Each keeps its MjData (0.2 MB), so that its sensors describe the state after the step for free.
+    """N copies of one model. Each keeps its MjData, so that its sensors describe the state after the step at no cost.
 
     Args:
         model: from :func:`rl.model.build_model`.
@@ -182,6 +186,6 @@ def _check_memory(num_envs: int) -> None:
     if needed > present:
         fit = int(present / BYTES_PER_ROBOT)
         raise ResourceProblem(
-            f"{num_envs} robots need {needed / 2**30:.0f} GiB of memory, and this machine has {present / 2**30:.0f} GiB: "
-            f"take at most {fit}."
+            f"{num_envs} robots need {needed / 2**30:.0f} GiB of memory, and this machine has "
+            f"{present / 2**30:.0f} GiB: take at most {fit}."
         )

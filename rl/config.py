@@ -33,7 +33,8 @@ class PPOConfig:
         clip: epsilon.
         entropy: weight of the entropy bonus at the start.
         entropy_final: its weight at ``entropy_anneal_end``; equal to ``entropy`` for a constant one.
-        entropy_anneal_start, entropy_anneal_end: samples between which it goes from the one to the other, linearly.
+        entropy_anneal_start: samples after which it begins to go from the one to the other, linearly.
+        entropy_anneal_end: samples after which it has arrived.
         value_weight: of the value loss.
         max_grad_norm: gradients are clipped to it.
         privileged_critic: whether the critic also sees what only the simulator knows.
@@ -159,7 +160,7 @@ def _smoke() -> TrainConfig:
 
 
 PRESETS: dict[str, Callable[[], TrainConfig]] = {"cpu": _cpu, "paper": _paper, "smoke": _smoke}
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``smoke``: seconds, to see it run."""
+"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``smoke``: to see it run."""
 
 
 def preset(name: str) -> TrainConfig:

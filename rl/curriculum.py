@@ -1,8 +1,9 @@
 """A reward that changes while training: first to move, then to keep time.
 
-With the paper's weights a robot learns to follow a velocity within a few million samples, but runs asymmetric gaits as bounds; with
-weights that insist on the gait from the start it steps on the spot and learns to move late (docs/results.md). So the weights go from
-the one set to the other, over a range of samples in which the action noise is still wide.
+With the paper's weights a robot learns to follow a velocity within a few million samples, but runs asymmetric gaits as
+bounds; with weights that insist on the gait from the start it steps on the spot and learns to move late
+(docs/results.md). So the weights go from the one set to the other, over a range of samples in which the action noise is
+still wide.
 """
 
 from __future__ import annotations

@@ -312,7 +312,7 @@ class GaitEnv(VecEnv):
         return True
 
     def _discard(self, state: RobotState, diverged: torch.Tensor) -> RobotState:
-        """Log and dump simulations that diverged, and give back a state in which they read zero (they are reset next)."""
+        """Log and dump simulations that diverged; the state returned has zeros for them (they are reset next)."""
         ids = torch.nonzero(diverged).flatten().tolist()
         _log.warning("%d of %d simulations diverged and are reset: %s", len(ids), self.num_envs, ids[:8])
         if self._dump_dir is not None:

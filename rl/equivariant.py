@@ -1,8 +1,8 @@
 """Networks that cannot tell left from right: equivariant under g_s by construction.
 
-For any network f, the actor (f(s) + M f(M s)) / 2 maps the mirror image of an observation to the mirror image of the action,
-and the critic (f(s) + f(M s)) / 2 gives both the same value (group averaging, e.g. Ordonez-Apraez et al. 2023; Su et al. 2024).
-The maps M come from symdyn.observation and symdyn.symmetry; nothing about order or signs stands here.
+For any network f, the actor (f(s) + M f(M s)) / 2 maps the mirror image of an observation to the mirror image of the
+action, and the critic (f(s) + f(M s)) / 2 gives both the same value (group averaging, e.g. Ordonez-Apraez et al. 2023;
+Su et al. 2024). The maps M come from symdyn.observation and symdyn.symmetry; nothing about order or signs stands here.
 """
 
 from __future__ import annotations

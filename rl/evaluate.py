@@ -103,7 +103,8 @@ def _describe(suite: Suite) -> dict[str, Any]:
     return {
         "model": "nominal: no randomisation, no noise, no pushes; deterministic policy; from a stand",
         "sampling": "every physics step (5 ms); contact is a ground reaction force above 1 N",
-        "constant": f"each gait at each speed for {suite.constant_s:g} s; the first {SETTLE_S:g} s left out of all but settling_time",
+        "constant": f"each gait at each speed for {suite.constant_s:g} s; the first {SETTLE_S:g} s left out of all but "
+        "settling_time",
         "velocity_sequence": list(protocols.VELOCITY_SEQUENCE) if suite.sequences else [],
         "gait_sequence": list(protocols.GAIT_SEQUENCE) if suite.sequences else [],
         "gait_sequence_speed": protocols.GAIT_SPEED,

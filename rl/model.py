@@ -1,8 +1,8 @@
 """The MuJoCo model of a robot, made from its URDF.
 
-The URDF of example-robot-data is the only description. What it cannot say is added through MjSpec: a free joint, a floor,
-collision primitives fitted to its collision meshes, rotor inertia seen through the gears, position actuators with the
-robot's gains and the URDF's torque limits, and sensors at the feet.
+The URDF of example-robot-data is the only description. What it cannot say is added through MjSpec: a free joint, a
+floor, collision primitives fitted to its collision meshes, rotor inertia seen through the gears, position actuators
+with the robot's gains and the URDF's torque limits, and sensors at the feet.
 """
 
 # mujoco is a compiled module without stubs

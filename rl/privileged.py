@@ -1,7 +1,7 @@
 """What the critic sees besides the policy's observation: quantities that a simulator knows and a robot does not.
 
-It serves learning alone; the policy's input stays the 52 numbers. It has the form of symdyn.observation, so that its mirror
-image is derived in the same way.
+It serves learning alone; the policy's input stays the 52 numbers. It has the form of symdyn.observation, so that its
+mirror image is derived in the same way.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _XYZ = ("x", "y", "z")
 PRIVILEGED = Layout(
     (
         Term("gravity_b", _XYZ, "1", 1.0, 0.0, "polar_b", "unit vector of gravity, without noise"),
-        Term("joint_pos_rel", JOINTS, "rad", 1.0, 0.0, "joint", "joint positions minus the default pose, without noise"),
+        Term("joint_pos_rel", JOINTS, "rad", 1.0, 0.0, "joint", "joint positions minus the default pose, no noise"),
         Term("joint_vel", JOINTS, "rad/s", 0.05, 0.0, "joint", "joint velocities, without noise"),
         Term("base_lin_vel_b", _XYZ, "m/s", 1.0, 0.0, "polar_b", "trunk velocity"),
         Term("base_ang_vel_b", _XYZ, "rad/s", 0.25, 0.0, "axial_b", "trunk angular velocity"),

@@ -15,7 +15,7 @@ VELOCITY_SEQUENCE = (-2.0, -1.0, 0.2, 2.0)
 VELOCITY_HOLD_S = 5.0
 
 GAIT_SEQUENCE = ("trot", "bound", "half_bound_left", "rotary_gallop")
-"""Two seconds each at 0.5 m/s: paper, section IV-B (which says half-bounding and galloping; these are of the two kinds)."""
+"""Two seconds each at 0.5 m/s: paper, section IV-B, which says half-bounding and galloping and not which."""
 
 GAIT_HOLD_S = 2.0
 GAIT_SPEED = 0.5

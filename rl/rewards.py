@@ -25,19 +25,33 @@ class RewardConfig:
     """Weights and shapes; the defaults are the paper's.
 
     Attributes:
-        x_velocity, y_velocity, yaw_velocity, base_height, torque_change, hip_action, clearance, temporal, morphological:
-            weights, in units of reward; a term lies in [-weight, 0] (temporal: per leg).
-        x_rate, y_rate: per m/s of error. yaw_rate: per rad/s. height_rate: per m outside the band.
-        torque_rate: per N m of summed change. hip_rate: per unit of action. clearance_rate: per m of shortfall.
-        force_rate: per N on a foot that should swing. foot_speed_rate: per m/s of a foot that should stand.
+        x_velocity: weight of the forward velocity. A term lies in [-weight, 0], in units of reward.
+        y_velocity: weight of the lateral velocity.
+        yaw_velocity: weight of the yaw rate.
+        base_height: weight of the trunk's height.
+        torque_change: weight of changes of torque.
+        hip_action: weight of hip actions.
+        clearance: weight of the clearance of swinging feet.
+        temporal: weight of the clock (R_tem), for each leg.
+        morphological: weight of the likeness of legs in phase (R_mor).
+        x_rate: 1 - exp(-rate * error), per m/s.
+        y_rate: per m/s.
+        yaw_rate: per rad/s.
+        height_rate: per m outside the band.
+        torque_rate: per N m of summed change.
+        hip_rate: per unit of action.
+        clearance_rate: per m of shortfall.
+        force_rate: per N on a foot that should swing.
+        foot_speed_rate: per m/s of a foot that should stand.
         pair_rate: per rad of summed difference between legs in phase.
         clearance_height: height that the sole of a swinging foot should reach, m (the paper gives none).
-        kappa: concentration of the von Mises smoothing of swing and stance (the paper gives none): 16 is 4% of a stride.
+        kappa: concentration of the von Mises smoothing of swing and stance (the paper gives none): 16 is 4% of a
+            stride.
         morphological_term: False leaves out R_mor (an ablation of the paper).
         velocity_filter: time constant of a low-pass on the velocities before they are judged, in strides; 0 judges the
             instantaneous ones (paper). Asymmetric gaits sway within every stride and are not to be punished for it.
-        exp_share: 0 makes the reward max(0, 1 + sum) (paper); 1 makes it exp(sum), which agrees with that to first order near
-            the optimum and, never being clipped, has a slope everywhere; between them it is their mixture.
+        exp_share: 0 makes the reward max(0, 1 + sum) (paper); 1 makes it exp(sum), which agrees with that to first
+            order near the optimum and, never being clipped, has a slope everywhere; between them it is their mixture.
     """
 
     x_velocity: float = 0.3

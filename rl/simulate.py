@@ -1,7 +1,7 @@
 """Run a policy file through scripted commands on the nominal model, and record it at the rate of the physics.
 
-Nothing of the task is restated here: clock, observation, timing, model, falls and frames are the functions that training
-calls.
+Nothing of the task is restated here: clock, observation, timing, model, falls and frames are the functions that
+training calls.
 """
 
 from __future__ import annotations

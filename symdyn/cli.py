@@ -1,7 +1,7 @@
 """The command ``symdyn``: finds the subcommand and imports only what it needs.
 
-Every command is a module with ``run(arguments) -> exit code``. This file imports none of them, so that ``symdyn --help``
-answers at once and a robot's computer needs no trainer.
+Every command is a module with ``run(arguments) -> exit code``. This file imports none of them, so that ``symdyn
+--help`` answers at once and a robot's computer needs no trainer.
 """
 
 from __future__ import annotations

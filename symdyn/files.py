@@ -62,7 +62,7 @@ def write_with(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON, indented, whole or not at all; NaN and infinity are refused (they are no JSON). Raises FileProblem."""
+    """Write JSON, indented, whole or not at all. NaN and infinity are refused: they are no JSON. Raises FileProblem."""
     write_text(path, json.dumps(value, indent=2, allow_nan=False) + "\n")
 
 

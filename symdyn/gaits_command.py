@@ -31,7 +31,7 @@ _STRIDES_SHOWN = 2
 
 @dataclass(frozen=True)
 class GaitsArguments:
-    """The gait library: offsets theta, symmetry class (K: spatial, H: with a phase shift), stride period and duty factor.
+    """The gait library: offsets theta, symmetry class (K: spatial, H: with a phase shift), stride period, duty factor.
 
     Attributes:
         name: one gait, shown with its footfalls; all of them as a table if left out.

@@ -1,8 +1,8 @@
 """Names and order of legs and joints: the one place where a robot's names meet the paper's.
 
 Every array over legs in symdyn has the order :data:`LEGS`, every array over joints the order :data:`JOINTS`, which is
-leg by leg, so that ``q.reshape(..., len(LEGS), len(LEG_JOINTS))`` gives a row a leg. Robots, simulators and wire formats
-have orders of their own; :func:`permutation` translates by name.
+leg by leg, so that ``q.reshape(..., len(LEGS), len(LEG_JOINTS))`` gives a row a leg. Robots, simulators and wire
+formats have orders of their own; :func:`permutation` translates by name.
 """
 
 from __future__ import annotations

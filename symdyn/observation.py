@@ -1,7 +1,7 @@
 """What the policy sees: the paper's 52 numbers, once, for training, evaluation and robot alike.
 
-:data:`TERMS` is the only place where order, size, scale and noise stand. Everything else (slices, the vector, its mirror
-image, the table in the policy file) is derived from it.
+:data:`TERMS` is the only place where order, size, scale and noise stand. Everything else (slices, the vector, its
+mirror image, the table in the policy file) is derived from it.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ class Term:
         unit: before scaling.
         scale: the vector holds scale * value.
         noise: half-width of the uniform noise in training, in ``unit`` (Table III of the paper).
-        kind: how a group element acts: ``polar_b`` by R; ``axial_b`` by det(R) R; ``joint`` by permutation and signs; ``planar_velocity_b``
-            (v_x, v_y by R, the yaw rate by det(R) R); ``leg`` by permutation; ``invariant`` not at all.
+        kind: how a group element acts: ``polar_b`` by R; ``axial_b`` by det(R) R; ``joint`` by permutation and signs;
+            ``planar_velocity_b`` (v_x, v_y by R, the yaw rate by det(R) R); ``leg`` by permutation; ``invariant`` not
+            at all.
         meaning: one line.
     """
 

@@ -38,8 +38,8 @@ def advance(phase: Array, period: Array, dt: float) -> Array:
 def leg_phase(phase: Array, offsets: Array, velocity_x: Array, time_reversal: bool = True) -> Array:
     """Phase of each leg, eq. (7) of the paper.
 
-    ``(phi + theta_i) mod 1`` for a commanded forward velocity >= 0; ``-(phi + theta_i) mod 1`` for one < 0, so that each
-    leg runs through its cycle in the opposite sense when the robot runs backwards.
+    ``(phi + theta_i) mod 1`` for a commanded forward velocity >= 0; ``-(phi + theta_i) mod 1`` for one < 0, so that
+    each leg runs through its cycle in the opposite sense when the robot runs backwards.
 
     Args:
         phase: (...,) stride phase.
@@ -91,19 +91,22 @@ def touchdown_phase(duty: Array, velocity_x: Array, time_reversal: bool = True) 
 class SwingExpectation:
     """Expected swing indicator when the events of the cycle jitter by a von Mises law (Siekmann et al. 2021).
 
-    With a jitter ``e ~ vonMises(0, kappa)`` (as an angle; e / 2 pi of a stride) that moves lift-off and touchdown together,
+    With a jitter ``e ~ vonMises(0, kappa)`` (as an angle; e / 2 pi of a stride) that moves both events
+    together,
 
         E[I_swing(phi)] = P(0 <= phi - e < 1 - beta) = F(phi) - F(phi - (1 - beta)),
 
-    where F is the von Mises cumulative distribution, continued over the circle by F(x + 1) = F(x) + 1. Siekmann draws the
-    two events independently; sharing one draw keeps E[I_swing] + E[I_stance] = 1 and the mean over a stride equal to
-    1 - beta, exactly, and differs by less than 1e-8 where swing and stance both exceed a quarter stride (kappa >= 16).
+    where F is the von Mises cumulative distribution, continued over the circle by F(x + 1) = F(x) + 1. Siekmann draws
+    the two events independently; sharing one draw keeps E[I_swing] + E[I_stance] = 1 and the mean over a stride equal
+    to 1 - beta, exactly, and differs by less than 1e-8 where swing and stance both exceed a quarter stride (kappa
+    at least 16).
 
     F has no closed form. It is tabulated once from its Fourier series,
     F(x) = x + sum_n I_n(kappa) / I_0(kappa) sin(2 pi n x) / (pi n), and interpolated linearly.
 
     Attributes:
-        table: F(x) - x at ``size`` equal steps of [0, 1], both ends included; an array of the namespace that will be used.
+        table: F(x) - x at ``size`` equal steps of [0, 1], both ends included; an array of the namespace that will be
+            used.
     """
 
     table: Array

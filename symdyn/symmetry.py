@@ -1,9 +1,9 @@
 """The symmetry group of a quadruped and how gaits sit in it.
 
 The body's group is K4 = {e, g_s, g_t, g_r}: reflection in the sagittal plane (left <-> right), in the transverse plane
-(front <-> hind), and their product, the half turn about the vertical axis. Each element permutes legs, maps base vectors
-by R (axial ones by det(R) R) and joint angles by a sign. An element of the spatio-temporal group adds a shift of the
-stride phase and, possibly, the reversal of time.
+(front <-> hind), and their product, the half turn about the vertical axis. Each element permutes legs, maps base
+vectors by R (axial ones by det(R) R) and joint angles by a sign. An element of the spatio-temporal group adds a shift
+of the stride phase and, possibly, the reversal of time.
 
 For a gait, K is the subgroup of K4 that leaves its offsets alone, H the elements that leave them alone up to a phase
 shift (Golubitsky, Stewart, Buono & Collins 1999). :func:`classify` finds both by trying every element.
@@ -73,7 +73,7 @@ class Spatial:
 
     @property
     def leg_joint_signs(self) -> NDArray[np.float64]:
-        """Sign of each joint of a leg, (3,): a rotation by q about the axis a becomes one by sign * q about the same axis.
+        """Sign of each joint of a leg, (3,): a rotation by q about an axis becomes one by sign * q about the same axis.
 
         Rotations are axial: the image of the axis is det(R) R a, which for an axis along x, y or z is plus or minus a.
         """
@@ -113,7 +113,7 @@ class SpatioTemporal:
     reverses_time: bool = False
 
     def on_offsets(self, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The transformed offsets, (..., 4): legs permuted, then negated if time is reversed, then shifted; on the circle."""
+        """The transformed offsets, (..., 4): permuted, then negated if time is reversed, then shifted; on the circle."""
         moved = np.asarray(offsets)[..., list(self.spatial.leg_index)]
         return np.mod((-moved if self.reverses_time else moved) + self.shift, 1.0)
 
@@ -260,7 +260,7 @@ def pair_joint_signs() -> NDArray[np.float64]:
 
 
 def phase_groups(gait: Gait, tolerance: float = TOLERANCE) -> tuple[int, ...]:
-    """For each leg the first leg with its offset, (4,): noise that such legs share keeps K and every pair of the gait."""
+    """For each leg the first leg with its offset, (4,): noise that such legs share keeps K and every pair."""
     return tuple(
         next(j for j in range(len(LEGS)) if abs(float(wrap(gait.theta[i] - gait.theta[j]))) <= tolerance)
         for i in range(len(LEGS))

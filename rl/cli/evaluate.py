@@ -24,8 +24,8 @@ from symdyn.policy import Policy  # noqa: E402
 
 @dataclass(frozen=True)
 class EvaluateArguments:
-    """Judge a policy file on the nominal model: velocity tracking, gait consistency, cost of transport (the paper's metrics)
-    and gait identity (are the strides of the commanded gait?). Writes metrics.json, figures and report.md.
+    """Judge a policy file on the nominal model: velocity tracking, gait consistency, cost of transport (the paper's
+    metrics) and gait identity (are the strides of the commanded gait?). Writes metrics.json, figures and report.md.
 
     Attributes:
         policy: the file.

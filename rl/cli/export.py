@@ -20,8 +20,8 @@ from symdyn.console import log_to, make_console  # noqa: E402
 
 @dataclass(frozen=True)
 class ExportArguments:
-    """Turn the newest checkpoint of a run into one ONNX file that holds everything that deploys it: weights, joint names,
-    gains, observation layout, gaits, timing, and what it was trained with.
+    """Turn the newest checkpoint of a run into one ONNX file that holds everything that deploys it: weights, joint
+    names, gains, observation layout, gaits, timing, and what it was trained with.
 
     Attributes:
         run: directory of the run.

@@ -14,7 +14,6 @@ import pytest
 from symdyn.cli import main
 from symdyn.timing import TimingCurve
 
-
 Done = subprocess.CompletedProcess[str]
 
 

@@ -63,10 +63,10 @@ def test_evaluate_writes_metrics_report_and_figures(run, tmp_path):
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert metrics["suite"] == "quick"
     assert set(metrics) >= {"suite", "policy", "seeds", "protocol", "gaits", "transitions", "keys"}
-    wanted = {"gc_stance", "gc_morph", "gc", "rmsne", "cot", "speed_error", "settling_time", "phase_error", "duty_error"}
+    wanted = {"gc_stance", "gc_morph", "gc", "rmsne", "cot", "speed_error", "settling_time", "phase_error"}
     for by_speed in metrics["gaits"].values():
         for values in by_speed.values():
-            assert set(values) >= wanted | {"gait_identity", "fell"}
+            assert set(values) >= wanted | {"duty_error", "gait_identity", "fell"}
             assert set(values) <= set(metrics["keys"])
     report = (tmp_path / "out" / "report.md").read_text()
     for figure in (tmp_path / "out").glob("*.png"):
