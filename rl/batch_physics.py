@@ -30,8 +30,8 @@ def address_table(model: mujoco.MjModel, robot: Robot) -> dict[str, NDArray[np.i
     """Where things lie in MuJoCo's arrays, by name.
 
     Returns:
-        ``joint_pos``: in qpos, (12,) in the order of JOINTS. ``joint_vel``: in qvel, (12,). ``torque``: in actuator_force
-        and ctrl, (12,). ``force``, ``position``, ``velocity`` of the feet: in sensordata, (4, 3).
+        ``joint_pos``: in qpos, (12,) in the order of JOINTS. ``joint_vel``: in qvel, (12,). ``torque``: in
+        actuator_force and ctrl, (12,). ``force``, ``position``, ``velocity`` of the feet: in sensordata, (4, 3).
     """
 
     def sensors(name_of) -> NDArray[np.int64]:

@@ -122,9 +122,9 @@ class GaitEnv(VecEnv):
         self.push_due = torch.zeros(n)
         self._draw_dynamics()
         self._reset(torch.arange(n))
-        self._state = physics.read()
-        self.last_torque.copy_(self._state.joint_torque)
-        self._observation = self._observe(self._state)
+        state = physics.read()
+        self.last_torque.copy_(state.joint_torque)
+        self._observation = self._observe(state)
 
     def get_observations(self) -> TensorDict:
         """The observations of the present state: the tensors that the last step returned."""
@@ -165,7 +165,6 @@ class GaitEnv(VecEnv):
         if len(ids) or pushed:
             state = self.physics.read()
             self.last_torque[ids] = state.joint_torque[ids]
-        self._state = state
         self._observation = self._observe(state)
         return self._observation, reward, done.long(), extras
 

@@ -2,8 +2,8 @@
 
 A gait is four phase offsets ``theta`` (fractions of a stride, order :data:`symdyn.legs.LEGS`). The phase of leg ``i``
 is ``phi + theta_i`` (:func:`symdyn.phase.leg_phase`), so its touchdown comes ``-theta_i`` of a stride later than that
-of a leg with offset zero: the *touchdown delay* of a leg is minus its offset. With the commanded forward velocity the four
-offsets are Gamma of the paper (section III-A).
+of a leg with offset zero: the *touchdown delay* of a leg is minus its offset. With the commanded forward velocity the
+four offsets are Gamma of the paper (section III-A).
 """
 
 from __future__ import annotations

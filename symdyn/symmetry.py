@@ -113,7 +113,7 @@ class SpatioTemporal:
     reverses_time: bool = False
 
     def on_offsets(self, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The transformed offsets, (..., 4): permuted, then negated if time is reversed, then shifted; on the circle."""
+        """The transformed offsets, (..., 4): permuted, then negated if time is reversed, then shifted; wrapped."""
         moved = np.asarray(offsets)[..., list(self.spatial.leg_index)]
         return np.mod((-moved if self.reverses_time else moved) + self.shift, 1.0)
 
