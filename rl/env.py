@@ -154,7 +154,7 @@ class GaitEnv(VecEnv):
         fell = fallen(state, self.config.termination) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
         extras = {"time_outs": time_out.float(), "log": self._log_values(terms, fell)}
-        self.last_action = actions
+        self.last_action = actions.clone()  # a reset writes to it, and the learner keeps its own
         self.last_torque = state.joint_torque
         self.commands.update(self.episode_length_buf * self.robot.control_dt)
         pushed = self._push_due()

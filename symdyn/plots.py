@@ -92,7 +92,7 @@ def footfall_diagram(recording: Recording, title: str) -> Figure:
     _leg_rows(axes, above=0.45 if len(changes) else 0.0)
     axes.set_xlim(0.0, len(time) * recording.dt)
     axes.set_xlabel("time [s]   (hollow: desired stance, solid: contact)")
-    axes.set_title(title)
+    axes.set_title(title, wrap=True)
     return figure
 
 
@@ -161,7 +161,7 @@ def velocity_tracking(recordings: Mapping[str, Recording], title: str) -> Figure
     panels[1].set_xlabel("time [s]   (thick: mean over the last stride, thin: as measured)")
     panels[1].set_xlim(0.0, float(longest.time[-1]))
     figure.legend(handles=handles[: len(recordings) + 1], loc="outside lower center", ncols=4, frameon=False)
-    figure.suptitle(title)
+    figure.suptitle(title, wrap=True)
     return figure
 
 
@@ -202,19 +202,20 @@ def learning_curves(records: Sequence[Mapping[str, Any]], title: str = "Training
         axes.grid(color="0.9")
         axes.set_axisbelow(True)
     updates = "1 update" if len(records) == 1 else f"{len(records)} updates"
-    figure.suptitle(f"{title}: {updates}, {EngFormatter(places=1, sep='')(last)} samples")
+    figure.suptitle(f"{title}: {updates}, {EngFormatter(places=1, sep='')(last)} samples", wrap=True)
     return figure
 
 
 def metric_bars(
-    metrics: Mapping[str, Mapping[float, Mapping[str, float]]], key: str, title: str | None = None
+    metrics: Mapping[str, Mapping[Any, Mapping[str, float | None]]], key: str, title: str | None = None
 ) -> Figure:
     """One metric, a group of bars a commanded speed, a bar a gait.
 
-    A value that is infinite or nan has no bar but is written out.
+    A value that is infinite, nan or None has no bar but is written out.
 
     Args:
-        metrics: by gait, by commanded speed in m/s, what :func:`symdyn.metrics.summarise` returns.
+        metrics: by gait, by commanded speed in m/s, what :func:`symdyn.metrics.summarise` returns. Speeds may be text, as
+            they are when read from JSON.
         key: of :data:`symdyn.metrics.KEYS`.
         title: what was run; the metric's meaning if None.
 
@@ -224,27 +225,22 @@ def metric_bars(
     if key not in KEYS:
         raise UnknownName("metric", key, KEYS)
     unit, _, meaning = KEYS[key].partition(": ")
-    speeds = sorted({speed for by_speed in metrics.values() for speed in by_speed})
+    values_of = {gait: {float(v): found for v, found in by_speed.items()} for gait, by_speed in metrics.items()}
+    speeds = sorted({speed for by_speed in values_of.values() for speed in by_speed})
     figure = Figure(figsize=(max(6.0, 1.5 + 0.22 * len(metrics) * len(speeds)), 4.2), layout="constrained")
     axes = figure.add_subplot()
     width = 0.8 / max(len(metrics), 1)
-    for rank, (gait, by_speed) in enumerate(metrics.items()):
+    for rank, (gait, by_speed) in enumerate(values_of.items()):
         colour, line = _style(gait, rank)
         places = np.array([k + (rank - (len(metrics) - 1) / 2) * width for k in range(len(speeds))])
-        values = np.array([by_speed.get(speed, {}).get(key, math.nan) for speed in speeds])
+        values = np.array([by_speed.get(speed, {}).get(key) for speed in speeds], dtype=np.float64)  # None is nan
         shown = np.isfinite(values)
         hatch = "" if line == "-" else "////"
         axes.bar(places[shown], values[shown], width, color=colour, hatch=hatch, edgecolor="white", label=_label(gait))
         for place, value in zip(places[~shown], values[~shown], strict=True):
             text = "n/a" if math.isnan(value) else "inf"
-            over_axis = {
-                "xytext": (0, 3),
-                "textcoords": "offset points",
-                "rotation": 90,
-                "ha": "center",
-                "va": "bottom",
-            }
-            axes.annotate(text, (place, 0.0), color=colour, fontsize=8, **over_axis)
+            style = {"color": colour, "fontsize": 8, "rotation": 90, "ha": "center", "va": "bottom"}
+            axes.annotate(text, (place, 0.0), xytext=(0, 3), textcoords="offset points", **style)
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
     axes.set_xlim(-0.55, max(len(speeds), 1) - 0.45)

@@ -18,9 +18,12 @@ from symdyn.phase import in_swing, leg_phase
 from symdyn.recording import Recording
 
 
-def tracking(names=PAPER_GAITS) -> Figure:
+LONG = "Footfalls at 0.5 m/s, two seconds each of trot, bound, half_bound_left, rotary_gallop (policy, 98.3M samples, preset)"
+
+
+def tracking(names=PAPER_GAITS, title: str = "Tracking of 0.5 m/s by a synthetic robot") -> Figure:
     recordings = {name: recording(LIBRARY[name], 0.5, dt=0.01) for name in names}
-    return plots.velocity_tracking(recordings, "Tracking of 0.5 m/s by a synthetic robot")
+    return plots.velocity_tracking(recordings, title)
 
 
 def transition() -> Recording:
@@ -56,6 +59,9 @@ FIGURES = {
         records(terms=tuple(f"term_{k}" for k in range(14)))
     ),
     "metric_bars": lambda: plots.metric_bars(table(), "cot"),
+    "footfall_diagram_with_a_long_title": lambda: plots.footfall_diagram(transition(), LONG),
+    "velocity_tracking_with_a_long_title": lambda: tracking(("trot", "bound"), LONG),
+    "learning_curves_with_a_long_title": lambda: plots.learning_curves(records(), LONG),
     "metric_bars_with_a_long_title": lambda: plots.metric_bars(table(("trot",), (0.5,)), "gait_identity"),
     "metric_bars_of_one": lambda: plots.metric_bars(table(("trot",), (0.5,)), "rmsne", "rmsne of one run"),
 }
@@ -278,6 +284,18 @@ class TestMetricBars:
         assert len(axes.patches) == 1
         assert sorted(text.get_text() for text in axes.texts) == ["inf", "n/a", "n/a"]
         assert all(axes.get_xlim()[0] < text.xy[0] < axes.get_xlim()[1] for text in axes.texts)
+
+    def test_of_what_json_holds(self):
+        values = table(("trot", "bound"), (-1.0, 0.5, 10.0))
+        values["bound"][0.5]["cot"] = np.nan
+        read = {
+            gait: {f"{v:g}": {k: None if np.isnan(x) else x for k, x in found.items()} for v, found in by_speed.items()}
+            for gait, by_speed in values.items()
+        }
+        (expected,), (axes,) = plots.metric_bars(values, "cot").axes, plots.metric_bars(read, "cot").axes
+        assert [text.get_text() for text in axes.get_xticklabels()] == ["-1", "0.5", "10"]
+        assert [text.get_text() for text in axes.texts] == ["n/a"]
+        assert [bar.get_bbox().bounds for bar in axes.patches] == [bar.get_bbox().bounds for bar in expected.patches]
 
     def test_of_nothing(self):
         plots.metric_bars({}, "cot").draw_without_rendering()
