@@ -214,8 +214,8 @@ def metric_bars(
     A value that is infinite, nan or None has no bar but is written out.
 
     Args:
-        metrics: by gait, by commanded speed in m/s, what :func:`symdyn.metrics.summarise` returns. Speeds may be text, as
-            they are when read from JSON.
+        metrics: by gait, by commanded speed in m/s, what :func:`symdyn.metrics.summarise` returns. Speeds may be text,
+            as they are when read from JSON.
         key: of :data:`symdyn.metrics.KEYS`.
         title: what was run; the metric's meaning if None.
 

@@ -17,8 +17,10 @@ from symdyn.metrics import KEYS, stride_average
 from symdyn.phase import in_swing, leg_phase
 from symdyn.recording import Recording
 
-
-LONG = "Footfalls at 0.5 m/s, two seconds each of trot, bound, half_bound_left, rotary_gallop (policy, 98.3M samples, preset)"
+LONG = (
+    "Footfalls at 0.5 m/s, two seconds each of trot, bound, half_bound_left, rotary_gallop "
+    "(policy-without-morphological-term, 98.3M samples)"
+)
 
 
 def tracking(names=PAPER_GAITS, title: str = "Tracking of 0.5 m/s by a synthetic robot") -> Figure:
