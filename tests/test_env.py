@@ -197,9 +197,6 @@ def test_observations_share_no_memory_between_steps() -> None:
     assert len({obs[group].data_ptr() for obs in kept for group in ("policy", "privileged")}) == 2 * len(kept)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="last_action is the caller's tensor, and a reset zeroes its rows: PPO stores zeros"
-)
 def test_step_does_not_write_to_the_learners_actions() -> None:
     # rsl_rl stores the tensor that it handed to step() after step() returns
     env = make(n=2, episode_s=0.04)
