@@ -32,8 +32,10 @@ symdyn.timing asks of the Go2 up to 2 m/s is 54 ms (duty factor 0.28 of 0.19 s),
 NO_GAIT = "none"
 """Name of what a stride shows in which a leg does not land exactly once."""
 
-_JUMP = 0.02
-"""Strides; the clock moving this much more or less than dt / T in one sample has been set, not run."""
+_JUMP = 0.1
+"""Strides; the clock moving this much more or less than dt / T in one sample has been set, not run. A clock that is
+written down at 200 Hz and ticks at 50 moves by less, and so does it when the command steps by up to 0.5 m/s without
+change of direction: the stride about such a step is a little longer or shorter."""
 
 _NEIGHBOURHOOD = 0.03
 """Strides; width over which touchdowns count as near a cut."""

@@ -169,6 +169,14 @@ class TestStrides:
         for change in 2 * len(parts[0].contact), 3 * len(parts[0].contact):
             assert not ((strides.start < change) & (strides.stop > change)).any()
 
+    @every_gait
+    def test_a_clock_that_ticks_more_slowly_than_the_samples_come(self, name):
+        run = recording(LIBRARY[name], 2.0, dt=0.005)
+        held = replace(run, stride_phase=run.stride_phase[np.arange(len(run.stride_phase)) // 4 * 4])
+        strides = cut_strides(held)
+        assert len(strides) >= len(cut_strides(run)) - 1
+        assert set(strides.gait) == {name}
+
     def test_time_reversal_switched_off(self):
         run = recording(LIBRARY["trot"], -1.0)
         on, off = cut_strides(run), cut_strides(run, time_reversal=False)
