@@ -120,7 +120,7 @@ def gait_diagram(gait: Gait, duty: float, strides: int = 2) -> Figure:
     _leg_rows(axes)
     axes.set_xlim(0.0, strides)
     axes.set_xlabel("stride phase [strides]")
-    axes.set_title(f"{_label(gait.name)}, duty factor {duty:g}: stance of each leg")
+    axes.set_title(f"{_label(gait.name)}, duty factor {duty:g}: stance of each leg", wrap=True)
     return figure
 
 
