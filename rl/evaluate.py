@@ -22,9 +22,10 @@ SETTLE_S = 1.0
 """s after a change of command that steady-state metrics leave out (the paper: about 1 s to converge)."""
 
 EXTRA_KEYS: Mapping[str, str] = {
+    "null": "there is no such number: in at least one seed nothing settled, moved, or lasted long enough to be judged",
     "fell": "share of the seeds in which the robot fell, 0 to 1; the other metrics are over the time before",
-    "seconds_to_switch": "s from the switch to the end of the first stride run in the new gait; null if never",
-    "strides_to_switch": "the same in whole strides of the clock",
+    "seconds_to_switch": "s from the switch to the beginning of the first stride run in the new gait; null if never",
+    "strides_to_switch": "the same in commanded stride periods",
     "by_step": "for each velocity of the sequence: stride-averaged settling time (s) and steady-state errors (m/s)",
     "by_gait": "for each gait of the sequence: its metrics over its own two seconds",
 }
@@ -157,7 +158,8 @@ def _transition(key: tuple[str, str, float], episode: Episode, time_reversal: bo
         found = cut_strides(after, time_reversal=time_reversal)
         same = [i for i, name in enumerate(found.gait) if name == second]
         if same:
-            seconds, count = float(found.stop[same[0]]) * after.dt, same[0] + 1
+            seconds = float(found.start[same[0]]) * after.dt
+            count = seconds / float(after.period[0])
     return {
         "from": first,
         "to": second,
@@ -178,7 +180,7 @@ def _share_fallen(episodes: Sequence[Episode]) -> float:
 
 
 def _mean(summaries: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """The mean of each key over runs; NaN (null in the file) for every key if no run lasted long enough."""
+    """The mean of each key over runs, not finite (null in the file) if that of one run is not, or if there is no run."""
     if not summaries:
         return dict.fromkeys(metrics.KEYS, math.nan)
     return {key: float(np.mean([summary[key] for summary in summaries])) for key in summaries[0]}

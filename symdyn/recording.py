@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,12 @@ class Recording:
 
     def save(self, path: Path) -> None:
         """Write as .npz. Raises FileProblem."""
-        write_with(path, lambda temporary: np.savez_compressed(temporary, **vars(self)))
+
+        def write(temporary: Path) -> None:
+            with temporary.open("wb") as stream:  # given a name, numpy would append .npz to it
+                np.savez_compressed(stream, **vars(self))
+
+        write_with(path, write)
 
     @classmethod
     def load(cls, path: Path) -> Recording:
@@ -74,7 +80,7 @@ class Recording:
         try:
             with np.load(path, allow_pickle=False) as data:
                 values: dict[str, Any] = {f.name: data[f.name] for f in fields(cls)}
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
             raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
         scalars: dict[str, Any] = {name: float(value) for name, value in values.items() if value.ndim == 0}
         return cls(**(values | scalars))
