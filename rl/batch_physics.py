@@ -104,7 +104,7 @@ class BatchPhysics(Physics):
         self.batch.forward(ids)
 
     def step(self, joint_targets: torch.Tensor) -> None:
-        self._ctrl[:, self._at["torque"]] = joint_targets.cpu().numpy()
+        self.set_targets(joint_targets.double().numpy())
         self._step(self.substeps)
 
     def substep(self) -> None:
@@ -112,7 +112,9 @@ class BatchPhysics(Physics):
         self._step(1)
 
     def set_targets(self, joint_targets: NDArray[np.float64]) -> None:
-        """Joint targets, (N, 12) rad, for :meth:`substep`."""
+        """Joint targets, (N, 12) rad, for :meth:`substep`. A robot whose target is no number counts as diverged."""
+        # MuJoCo would take a NaN for zero and go on
+        self._failed |= ~np.isfinite(joint_targets).all(axis=1)
         self._ctrl[:, self._at["torque"]] = joint_targets
 
     def _step(self, substeps: int) -> None:
@@ -167,6 +169,10 @@ class BatchPhysics(Physics):
 
     def load_state_dict(self, state: dict[str, torch.Tensor]) -> None:
         self.set_dynamics(state["added_mass"].numpy(), state["friction_scale"].numpy())
+        self.batch.state[:] = state["state"].numpy()
+        self.batch.forward(
+            stage=_VELOCITY_STAGE
+        )  # where the feet are; forces and torques are known after the next step
         self.batch.state[:] = state["state"].numpy()
         self._failed[:] = state["failed"].numpy()
 

@@ -10,6 +10,7 @@ import torch
 
 from symdyn.errors import InvalidValue
 from symdyn.gaits import PAPER_GAITS, get
+from symdyn.phase import wrapped
 from symdyn.symmetry import classify, phase_groups
 
 NEVER = float("inf")
@@ -87,7 +88,7 @@ class GaitSampler:
         index = torch.multinomial(self.probability, n, replacement=True, generator=generator)
         noise = torch.rand((n, self.offsets.shape[1]), generator=generator, device=device) * 2.0 - 1.0
         shared = torch.gather(noise, 1, self._groups[index])
-        return index, torch.remainder(self.offsets[index] + self.config.offset_noise * shared, 1.0)
+        return index, wrapped(self.offsets[index] + self.config.offset_noise * shared)
 
 
 def _probabilities(config: CommandConfig) -> list[float]:

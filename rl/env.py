@@ -315,8 +315,9 @@ class GaitEnv(VecEnv):
         ids = torch.nonzero(diverged).flatten().tolist()
         _log.warning("%d of %d simulations diverged and are reset: %s", len(ids), self.num_envs, ids[:8])
         if self._dump_dir is not None:
-            dump = {"env": ids[0], "commands": {k: v[ids[0]].tolist() for k, v in self.commands.state_dict().items()}}
-            dump |= {k: [repr(x) for x in v] for k, v in self.physics.dump(ids[0]).items()}
+            commands = {k: _as_text(v[ids[0]].tolist()) for k, v in self.commands.state_dict().items()}
+            dump = {"env": ids[0], "commands": commands}
+            dump |= {k: _as_text(v) for k, v in self.physics.dump(ids[0]).items()}
             write_json(self._dump_dir / f"diverged_env{ids[0]}.json", dump)
         clean = {}
         for name, value in vars(state).items():
@@ -324,3 +325,10 @@ class GaitEnv(VecEnv):
             value[diverged] = 0.0
             clean[name] = value
         return RobotState(**clean)
+
+
+def _as_text(value: Any) -> Any:
+    """Numbers as JSON holds them exactly; those that are no JSON (nan, inf) as Python writes them."""
+    if isinstance(value, list):
+        return [_as_text(item) for item in value]
+    return value if not isinstance(value, float) or math.isfinite(value) else repr(value)

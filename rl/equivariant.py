@@ -14,8 +14,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from rsl_rl.models import MLPModel
+from rsl_rl.modules import GaussianDistribution
 from tensordict import TensorDict
 from torch import nn
+from torch.distributions import Normal
 
 from rl.privileged import PRIVILEGED
 from symdyn.observation import OBSERVATION
@@ -77,6 +79,17 @@ class GroupAverage(nn.Module):
         if not self._invariant:
             mirrored = mirrored[..., self.out_index] * self.out_sign
         return 0.5 * (straight + mirrored)
+
+
+class EquivariantGaussian(GaussianDistribution):
+    """rsl_rl's Gaussian action noise with the same standard deviation on both sides: the mean of the learned two."""
+
+    def update(self, mlp_output: torch.Tensor) -> None:
+        """Take new means, (n, 12)."""
+        index, _ = mirror_of_actions()
+        log_std = 0.5 * (self.log_std_param + self.log_std_param[torch.as_tensor(index)])
+        std = torch.exp(log_std.clamp(self.log_std_range[0], self.log_std_range[1]))
+        self._distribution = Normal(mlp_output, std)
 
 
 class EquivariantModel(MLPModel):

@@ -180,7 +180,7 @@ def _share_fallen(episodes: Sequence[Episode]) -> float:
 
 
 def _mean(summaries: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """The mean of each key over runs, not finite (null in the file) if that of one run is not, or if there is no run."""
+    """The mean of each key over runs; not finite (null in the file) if that of any run is not, or if there is none."""
     if not summaries:
         return dict.fromkeys(metrics.KEYS, math.nan)
     return {key: float(np.mean([summary[key] for summary in summaries])) for key in summaries[0]}

@@ -9,10 +9,11 @@ import logging
 import torch
 from rsl_rl.algorithms import PPO
 from rsl_rl.models import MLPModel
+from rsl_rl.modules import GaussianDistribution
 
 from rl.config import PPOConfig
 from rl.env import GaitEnv
-from rl.equivariant import EquivariantModel
+from rl.equivariant import EquivariantGaussian, EquivariantModel
 
 _log = logging.getLogger(__name__)
 
@@ -30,7 +31,8 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
         "activation": "elu",
         "obs_normalization": False,
     }
-    noise = {"class_name": "GaussianDistribution", "init_std": config.initial_std, "std_type": "log"}
+    gaussian = EquivariantGaussian if config.equivariant else GaussianDistribution
+    noise = {"class_name": gaussian, "init_std": config.initial_std, "std_type": "log"}
     settings = {
         "num_steps_per_env": config.steps,
         "multi_gpu": None,

@@ -79,7 +79,7 @@ class Physics(Protocol):
         ...
 
     def read(self) -> RobotState:
-        """The state after the last reset or step."""
+        """The state after the last reset or step (after :meth:`load_state_dict` without forces and torques)."""
         ...
 
     def push(self, ids: NDArray[np.int64], velocity_w: NDArray[np.float64]) -> None:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.legs import LEGS
+from symdyn.phase import wrapped
 
 
 def wrap(difference: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -51,9 +52,7 @@ class Gait:
     @classmethod
     def wrapped(cls, name: str, offsets: NDArray[np.float64]) -> Gait:
         """A gait from offsets of any value, wrapped onto the circle. ``offsets``: (4,)."""
-        on_circle = np.mod(np.asarray(offsets, dtype=np.float64), 1.0)
-        # np.mod of a tiny negative number rounds up to 1.0 itself, which is 0.0 on the circle
-        lh, lf, rf, rh = (0.0 if o >= 1.0 else float(o) for o in on_circle)
+        lh, lf, rf, rh = wrapped(np.asarray(offsets, dtype=np.float64)).tolist()
         return cls(name, (lh, lf, rf, rh))
 
     @property
@@ -64,7 +63,7 @@ class Gait:
     @property
     def touchdown_delays(self) -> NDArray[np.float64]:
         """Touchdown times in strides after the first leg of the cycle, (4,), in [0, 1)."""
-        return np.mod(-self.theta, 1.0)
+        return wrapped(-self.theta)
 
     def by_leg(self) -> dict[str, float]:
         """Offsets by the leg's name."""

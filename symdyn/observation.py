@@ -129,7 +129,11 @@ class Layout:
         return np.concatenate([np.full(t.size, t.noise * t.scale) for t in self.terms])
 
     def mirror(self, element: Spatial) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """(index, sign), both (size,), such that ``sign * obs[..., index]`` is what the transformed robot observes."""
+        """(index, sign), both (size,), such that ``sign * obs[..., index]`` is what the transformed robot observes.
+
+        Joint positions relative to a default pose that the element moves (g_t and g_r turn the Go2's thighs and calves
+        round) are so only up to a constant.
+        """
         slices = self.slices
         parts = [(slices[t.name].start, *t.mirror(element)) for t in self.terms]
         return np.concatenate([start + index for start, index, _ in parts]), np.concatenate([s for _, _, s in parts])

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from symdyn.gaits import LIBRARY, Gait, wrap
 from symdyn.legs import JOINTS, LEG_JOINT_AXES_B, LEG_JOINTS, LEGS, is_front, is_left
-from symdyn.phase import Array
+from symdyn.phase import Array, wrapped
 
 TOLERANCE = 0.01
 """epsilon_sigma of the paper: offsets this close (in strides) count as equal."""
@@ -115,7 +115,7 @@ class SpatioTemporal:
     def on_offsets(self, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
         """The transformed offsets, (..., 4): permuted, then negated if time is reversed, then shifted; wrapped."""
         moved = np.asarray(offsets)[..., list(self.spatial.leg_index)]
-        return np.mod((-moved if self.reverses_time else moved) + self.shift, 1.0)
+        return wrapped((-moved if self.reverses_time else moved) + self.shift)
 
     def on_gait(self, gait: Gait) -> Gait:
         """The gait's image, named after both."""
@@ -127,14 +127,14 @@ class SpatioTemporal:
         carried = -other.shift if self.reverses_time else other.shift
         return SpatioTemporal(
             self.spatial @ other.spatial,
-            float(np.mod(carried + self.shift, 1.0)),
+            float(wrapped(np.asarray(carried + self.shift))),
             self.reverses_time != other.reverses_time,
         )
 
     def inverse(self) -> SpatioTemporal:
         """The element that undoes this one."""
         shift = self.shift if self.reverses_time else -self.shift
-        return SpatioTemporal(self.spatial, float(np.mod(shift, 1.0)), self.reverses_time)
+        return SpatioTemporal(self.spatial, float(wrapped(np.asarray(shift))), self.reverses_time)
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def common_shift(
     spread = wrap(differences - differences[0])
     if np.ptp(spread) > tolerance:
         return None
-    shift = float(np.mod(differences[0] + (spread.max() + spread.min()) / 2.0, 1.0))
+    shift = float(wrapped(differences[0] + (spread.max() + spread.min()) / 2.0))
     return 0.0 if min(shift, 1.0 - shift) <= tolerance / 2.0 else shift
 
 

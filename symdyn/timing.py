@@ -60,7 +60,7 @@ class TimingCurve:
         for name, (low, high) in _ALLOWED.items():
             value = getattr(self, name)
             number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not math.isfinite(value) or not low <= value <= high:
+            if not number or not low <= value <= high:  # nan is in no range
                 raise InvalidValue(f"Timing constant {name}", value, f"a number in [{low:g}, {high:g}]")
 
     def period(self, velocity_x: Array, leg_length: float, delta: Array | float = 0.0) -> Array:
@@ -120,7 +120,7 @@ class TimingCurve:
         if not isinstance(data, dict) or data.get("format_version") != FORMAT_VERSION:
             raise FileProblem(path, f"is no curves file of format_version {FORMAT_VERSION}.")
         curves, active = data.get("curves"), data.get("active")
-        if not isinstance(curves, dict) or active not in curves:
+        if not isinstance(curves, dict) or not isinstance(active, str) or active not in curves:
             raise FileProblem(path, f"names {active!r} as its active curve, which is not among its curves.")
         return cls.from_dict(curves[active], path)
 

@@ -222,7 +222,6 @@ def test_state_dict_goes_on_bit_by_bit() -> None:
     assert bits(physics.read()) == bits(third.read())
 
 
-@pytest.mark.xfail(strict=True, reason="load_state_dict refreshes no sensors: read() gives the feet of before")
 def test_reading_after_load_state_dict_is_of_the_loaded_state() -> None:
     physics, rng = make(1), np.random.default_rng(6)
     for _ in range(5):
@@ -313,7 +312,6 @@ def test_a_target_that_is_no_number_leaves_the_other_robots_alone() -> None:
             assert torch.equal(getattr(sick.read(), f.name)[[0, 2]], getattr(well.read(), f.name)[[0, 2]])
 
 
-@pytest.mark.xfail(strict=True, reason="MuJoCo takes a NaN control for zero; step() promises a non-finite reading")
 def test_a_target_that_is_no_number_makes_its_robot_read_as_diverged() -> None:
     physics = make(3)
     physics.step(with_a_bad_target(3, 1, seed=0))

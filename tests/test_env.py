@@ -489,9 +489,6 @@ def test_a_diverged_simulation_is_dumped_and_can_be_read_back(tmp_path: Path) ->
     assert any(math.isnan(float(x)) for x in dump["qvel"])  # the culprit stands in it
 
 
-@pytest.mark.xfail(
-    strict=True, raises=ValueError, reason="velocity_due is infinite after its last change, which write_json refuses"
-)
 def test_a_simulation_that_diverges_after_the_last_change_of_command_is_dumped(tmp_path: Path) -> None:
     # with the paper's schedule: any time after 10 s
     env = make(n=2, dump_dir=tmp_path / "diverged", commands=CommandConfig(velocity_first_s=(0.02, 0.02)))
@@ -502,9 +499,6 @@ def test_a_simulation_that_diverges_after_the_last_change_of_command_is_dumped(t
     assert json.loads(file.read_text())["env"] == 1
 
 
-@pytest.mark.xfail(
-    strict=True, reason="MuJoCo takes a NaN control for zero, so that the robot does not count as diverged"
-)
 def test_an_action_that_is_no_number_ends_its_robots_episode_alone() -> None:
     env, actions = make(n=3), torch.zeros(3, 12)
     actions[1, 4] = math.nan

@@ -111,7 +111,6 @@ def test_wrap_is_the_shortest_signed_way(difference: float) -> None:
     assert abs(abs(way) - circular(difference, 0.0)) < 1e-12
 
 
-@pytest.mark.xfail(strict=True, reason="np.mod(-tiny, 1.0) is 1.0, which only Gait.wrapped guards against")
 def test_touchdown_delays_stay_below_one_for_tiny_offsets() -> None:
     assert np.all(Gait("g", (1e-17, 0.0, 0.0, 0.0)).touchdown_delays < 1.0)
 

@@ -137,7 +137,6 @@ def test_on_gait_is_on_offsets(a: SpatioTemporal) -> None:
         assert same_on_circle(a.on_gait(gait).theta, a.on_offsets(gait.theta))
 
 
-@pytest.mark.xfail(strict=True, reason="np.mod(-tiny, 1.0) is 1.0, outside the documented [0, 1)")
 def test_offsets_and_shifts_stay_below_one() -> None:
     assert np.all(SpatioTemporal(E, reverses_time=True).on_offsets(np.array([1e-17, 0.0, 0.0, 0.0])) < 1.0)
     assert SpatioTemporal(E, 1e-17).inverse().shift < 1.0
