@@ -142,7 +142,7 @@ def test_equals_a_plain_loop_bit_for_bit_with_pushes_and_resets() -> None:
             plain.data[0].qvel[:3] += push[0]
             plain.data[2].qvel[:3] += push[1]
         if k == 20:
-            ids, again = np.array([0, 1]), poses(n, seed=5)
+            ids, again = np.array([0, 1]), poses(n, seed=5, height=0.35)  # feet in the floor
             physics.reset(ids, some(again, ids))
             for row, i in enumerate(ids):
                 plain.reset(int(i), again, row)
@@ -248,6 +248,12 @@ def test_set_dynamics_changes_the_mass_by_what_was_asked() -> None:
         if k >= 100:
             weight += physics.read().foot_force_w[..., 2].sum(dim=1) / 100.0
     assert weight.numpy() == pytest.approx((nominal + added) * 9.81, rel=0.005)
+    # what MuJoCo derives from masses follows: as if the model had been compiled with them
+    heavier = fresh_model()
+    heavier.body_mass[heavier.body(GO2.trunk).id] += added[2]
+    mujoco.mj_setConst(heavier, mujoco.MjData(heavier))
+    for derived in ("body_subtreemass", "dof_invweight0", "body_invweight0"):
+        np.testing.assert_allclose(getattr(physics.batch.get_model(2), derived), getattr(heavier, derived), rtol=1e-9)
     # asked twice, it is the last that counts, from the nominal mass
     physics.set_dynamics(np.zeros(3), np.ones(3))
     assert physics.batch.get_model(0).body_mass.sum() == pytest.approx(nominal, rel=1e-12)
@@ -289,7 +295,7 @@ def test_a_state_that_is_no_number_stays_with_its_robot() -> None:
             assert torch.equal(getattr(sick.read(), f.name)[[0, 2]], getattr(well.read(), f.name)[[0, 2]])
     # a reset cures it, without a trace
     for physics in (sick, well):
-        physics.reset(np.array([1]), poses(1, seed=4))
+        physics.reset(np.array([1]), poses(1, seed=4, height=0.35))
     wanted = targets(rng, 3)
     sick.step(wanted)
     well.step(wanted)

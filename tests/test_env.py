@@ -156,8 +156,10 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
     for name, bound in amplitude.items():
         clean = torch.tensor([0.0, 0.0, -1.0]) if name == "projected_gravity_b" else torch.zeros(12)
         noise = obs[:, OBSERVATION.slices[name]] - clean
+        assert kstest(noise.flatten().numpy(), "uniform", (-bound, 2 * bound)).pvalue > 1e-4
         for column in noise.T:
-            assert kstest(column.numpy(), "uniform", (-bound, 2 * bound)).pvalue > 1e-4
+            assert -bound - 1e-6 <= float(column.min()) < -0.95 * bound
+            assert 0.95 * bound < float(column.max()) <= bound + 1e-6
         correlation = np.corrcoef(noise.numpy().T)
         assert np.abs(correlation - np.eye(len(correlation))).max() < 0.25  # each number has noise of its own
     quiet = make(n, randomization=NOMINAL, commands=CommandConfig(offset_noise=0.0)).get_observations()["policy"]
@@ -305,6 +307,28 @@ def test_terms_lie_within_their_weights() -> None:
     assert all(value < 0.0 for value in lowest.values())  # each of them was felt
 
 
+@pytest.mark.parametrize("strides", [0.0, 0.5])
+def test_judged_velocities_are_low_passed_over_a_share_of_a_stride(strides: float) -> None:
+    env = make(n=3, rewards=RewardConfig(velocity_filter=strides))
+    expected = np.zeros((3, 3))
+    for action in random_actions(3, 15, scale=0.3):
+        _, period = env.duty_and_period()
+        obs, _, done, extras = env.step(action.clone())
+        assert not done.any()
+        state = env.physics.read()
+        world_from_body = Rotation.from_quat(state.base_quat_w.double().numpy(), scalar_first=True)
+        heading = Rotation.from_euler("Z", world_from_body.as_euler("ZYX")[:, :1])
+        now = heading.inv().apply(state.base_lin_vel_w.double().numpy())
+        now[:, 2] = world_from_body.apply(state.base_ang_vel_b.double().numpy())[:, 2]
+        # a first-order lag with a time constant of so many strides, exact for a velocity held over the step
+        keep = np.exp(-0.02 / (strides * period.double().numpy()))[:, None] if strides else 0.0
+        expected = keep * expected + (1.0 - keep) * now
+        np.testing.assert_allclose(obs["privileged"][:, PRIVILEGED.slices["velocity_h"]], expected, atol=1e-5)
+        error = np.abs(expected[:, 0] - env.commands.velocity[:, 0].double().numpy()).mean()
+        assert float(extras["log"]["task/x_velocity_error"]) == pytest.approx(error, abs=1e-5)
+    assert np.abs(expected - now).max() > 0.05 or strides == 0.0
+
+
 def test_the_clock_advances_by_dt_over_the_commanded_period() -> None:
     env = make(n=6, commands=LIVELY)
     for action in random_actions(6, 20, scale=0.3):
@@ -382,10 +406,23 @@ def test_a_fallen_robot_is_reset_alone() -> None:
     assert states[0] == states[1]
     assert fallen_one.episode_length_buf.tolist() == [11, 11, 0, 11]
     # it stands again, near the default pose, and its new episode is a normal one
+    assert not fallen_one.last_torque[2].any()  # at rest in the pose that it is told to hold
+    assert fallen_one.last_torque[others].any()
     state = fallen_one.physics.read()
     assert float(state.base_pos_w[2, 2]) == pytest.approx(0.4)
     assert not fallen(state, TerminationConfig()).any()
     assert not a_obs["policy"][2, OBSERVATION.slices["last_action"]].any()
+
+
+def test_a_robot_that_falls_as_its_time_is_up_has_fallen() -> None:
+    # a time-out would let the learner bootstrap from the value of a robot on its back
+    env = make(n=2, episode_s=0.1, randomization=NOMINAL)
+    for _ in range(4):
+        env.step(torch.zeros(2, 12))
+    physics_of(env).batch.qpos[1, 3:7] = [0.0, 1.0, 0.0, 0.0]
+    _, _, done, extras = env.step(torch.zeros(2, 12))
+    assert done.tolist() == [1, 1]
+    assert extras["time_outs"].tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize(
