@@ -35,7 +35,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class ResetConfig:
-    """How an episode begins: the default pose on the ground, disturbed.
+    """How an episode begins: the default pose just above the ground, disturbed.
 
     Attributes:
         joint_noise: half-width on every joint angle, rad.

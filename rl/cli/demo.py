@@ -32,8 +32,8 @@ from symdyn.files import writable_directory  # noqa: E402
 class DemoArguments:
     """Train with the default settings for a few minutes, evaluate the policy that comes out, and write a report.
 
-    A few minutes on two cores teach a robot to stand and to lift its feet. They do not teach it to run: that takes
-    hours (symdyn train). The report shows what was learned, and what was not.
+    A few minutes on two cores teach a robot to stand and perhaps to lift a foot. They do not teach it to run: that
+    takes hours (symdyn train). The report shows what was learned, and what was not.
 
     Attributes:
         out: directory of the report, with the training run beside it in OUT/run. An earlier demo there is overwritten.
@@ -86,6 +86,6 @@ def _remark(trainer: Trainer) -> str:
     samples = trainer.iteration * trainer.samples_per_iteration
     return (
         f"This policy was trained for {trainer.seconds / 60:.1f} minutes ({samples / 1e6:.2f} million samples; the "
-        "paper used 2460 million). That teaches standing and the first steps, no more: read the figures below as the "
-        "beginning of a learning curve, not as what the method can do."
+        "paper used 2460 million). That teaches standing and hardly a step: read the figures below as the beginning of "
+        "a learning curve, not as what the method can do."
     )
