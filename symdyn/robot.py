@@ -61,9 +61,9 @@ GO2 = Robot(
     joint_names=tuple(unitree_joint_name(joint) for joint in JOINTS),
     trunk="base",
     foot_links=tuple(f"{UNITREE_LEGS[leg]}_foot" for leg in LEGS),
-    # the same for all legs, feet a little behind the hips. Of the poses tried it is the highest that the gains alone hold
-    # for seconds: it settles level at 0.348 m, where straighter legs or feet below the hips tip over at once. It is no
-    # pose of rest: the feet creep (MuJoCo's impratio 1), and after some 20 s it, too, tips over.
+    # The same for all legs, feet a little behind the hips. Of the poses tried it is the highest that the gains alone
+    # hold for seconds: it settles level at 0.348 m, where straighter legs or feet below the hips tip over at once. It
+    # is no pose of rest: the feet creep (MuJoCo's impratio 1), and after some 20 s it, too, tips over.
     default_leg_pose=(0.0, 0.7, -1.2),
     action_scale=0.25,  # legged_gym's value for robots of this size (Rudin et al. 2022)
     kp=30.0,  # paper, section III-C
