@@ -92,7 +92,7 @@ class TrainConfig:
         num_envs: robots simulated in parallel.
         seed: of everything random.
         threads: of physics and networks; 0 takes every processor.
-        timing: a curves file (``symdyn fit-curves``) to sample T(v) and beta(v) from; None takes the paper's constants.
+        timing: a curves file (symdyn.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
         env: the task.
@@ -140,7 +140,7 @@ def _cpu() -> TrainConfig:
         preset="cpu",
         iterations=4000,
         num_envs=1024,
-        env=EnvConfig(episode_s=20.0, commands=commands, curriculum=RewardCurriculum(final=insistent)),
+        env=EnvConfig(episode_s=20.0, commands=commands, curriculum=RewardCurriculum(active=True, final=insistent)),
         ppo=PPOConfig(
             epochs=4,
             privileged_critic=True,

@@ -8,6 +8,7 @@ still wide.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 
 from rl.rewards import RewardConfig
@@ -19,36 +20,31 @@ class RewardCurriculum:
     """Where the reward goes, and when.
 
     Attributes:
-        start: samples up to which the initial settings hold.
-        end: samples from which the final ones do; between the two, every number moves linearly.
-        final: the final settings. kappa and the switches must be those of the initial ones.
+        active: whether the reward changes at all; False keeps the initial one.
+        start: samples up to which the initial reward holds.
+        end: samples from which the final one does; between the two, every number moves linearly.
+        final: the final reward. kappa and the switch of the morphological term stay those of the initial one.
     """
 
+    active: bool = False
     start: float = 6e6
     end: float = 10e6
     final: RewardConfig = field(default_factory=RewardConfig)
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.start < self.end:
+        if not 0.0 <= self.start < self.end < math.inf:
             raise InvalidValue("The curriculum's samples", (self.start, self.end), "0 <= start < end")
 
     def at(self, initial: RewardConfig, samples: float) -> RewardConfig:
-        """The settings after so many samples.
-
-        Raises:
-            InvalidValue: if kappa or a switch differs between initial and final.
-        """
+        """The reward after so many samples, begun with ``initial``."""
+        if not self.active:
+            return initial
         share = min(max((samples - self.start) / (self.end - self.start), 0.0), 1.0)
         values = {}
         for item in fields(RewardConfig):
             first, last = getattr(initial, item.name), getattr(self.final, item.name)
-            if item.name in _FIXED:
-                if first != last:
-                    raise InvalidValue(f"curriculum.final.{item.name}", last, f"the initial reward's, {first!r}")
-                values[item.name] = first
-            else:
-                values[item.name] = first + share * (last - first)
+            values[item.name] = first if item.name in _KEPT else (1.0 - share) * first + share * last
         return RewardConfig(**values)
 
 
-_FIXED = ("kappa", "morphological_term")
+_KEPT = ("kappa", "morphological_term")

@@ -57,13 +57,13 @@ class EnvConfig:
 
     Attributes:
         episode_s: length of an episode, s (paper).
-        curriculum: how the reward changes while training; None for one that stays.
+        curriculum: how the reward changes while training.
     """
 
     episode_s: float = 30.0
     commands: CommandConfig = field(default_factory=CommandConfig)
     rewards: RewardConfig = field(default_factory=RewardConfig)
-    curriculum: RewardCurriculum | None = None
+    curriculum: RewardCurriculum = field(default_factory=RewardCurriculum)
     randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
     termination: TerminationConfig = field(default_factory=TerminationConfig)
     reset: ResetConfig = field(default_factory=ResetConfig)
@@ -170,8 +170,7 @@ class GaitEnv(VecEnv):
 
     def set_progress(self, samples: int) -> None:
         """Take the reward that the curriculum has for so many samples."""
-        curriculum, initial = self.config.curriculum, self.config.rewards
-        self.rewards = initial if curriculum is None else curriculum.at(initial, samples)
+        self.rewards = self.config.curriculum.at(self.config.rewards, samples)
 
     def duty_and_period(self) -> tuple[torch.Tensor, torch.Tensor]:
         """beta and T (s) of the present commands, (N,) each."""
