@@ -179,7 +179,7 @@ class Policy:
         self.metadata = metadata
 
     @classmethod
-    def load(cls, path: Path, robot: Robot = GO2) -> Policy:
+    def load(cls, path: Path | str, robot: Robot = GO2) -> Policy:
         """Read a policy file.
 
         Args:
@@ -190,6 +190,7 @@ class Policy:
             FileProblem: if the file is missing, no ONNX, not whole in itself, or lacks sound metadata.
             PolicyMismatch: if it was made for another robot, observation or format.
         """
+        path = Path(path)
         session = _open_session(path)
         text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
         if text is None:
