@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-HEAVY = ("torch", "mujoco", "casadi", "pinocchio", "lcm")
+HEAVY = ("torch", "mujoco", "casadi", "pinocchio", "joblib", "lcm")
 LIGHT = ("gaits", "phase", "timing", "symmetry", "observation", "robot", "frames")
 
 

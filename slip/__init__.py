@@ -1,0 +1,1 @@
+"""Passive dynamics: from a robot's URDF to the spring-loaded model, its gait families, symmetries and timing curves."""
