@@ -10,16 +10,16 @@ with the robot's gains and the URDF's torque limits, and sensors at the feet.
 
 from __future__ import annotations
 
-import importlib.metadata
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from symdyn.errors import FileProblem, ResourceProblem
+from symdyn.errors import FileProblem
 from symdyn.legs import JOINTS, LEGS
 from symdyn.robot import Robot
+from symdyn.robot_data import robots_folder, urdf_path
 
 PHYSICS_DT = 0.005
 """s; four steps a control step at 50 Hz."""
@@ -33,33 +33,6 @@ ARENA_BYTES = 2**20
 FLOOR = "floor"
 TRUNK_GEOM = "trunk"
 ROOT_JOINT = "root"
-
-
-def robots_folder() -> Path:
-    """Folder ``robots`` of the installed example-robot-data (its wheel ships data only, so there is nothing to import).
-
-    Raises:
-        ResourceProblem: if it is not installed or holds no robots.
-    """
-    try:
-        files = importlib.metadata.files("example-robot-data") or []
-    except importlib.metadata.PackageNotFoundError:
-        raise ResourceProblem(
-            "example-robot-data is not installed; pip install 'symdyn-gaits[rl]' brings it."
-        ) from None
-    for file in files:
-        if "robots" in file.parts and file.suffix == ".urdf":
-            path = Path(str(file.locate())).resolve()
-            return next(parent for parent in path.parents if parent.name == "robots")
-    raise ResourceProblem("The installed example-robot-data holds no robots; reinstall it.")
-
-
-def urdf_path(robot: Robot) -> Path:
-    """Path of the robot's URDF. Raises FileProblem, ResourceProblem."""
-    path = robots_folder() / robot.urdf
-    if not path.is_file():
-        raise FileProblem(path, f"the description of {robot.name} is missing from example-robot-data.")
-    return path
 
 
 def foot_site(leg: str) -> str:

@@ -42,8 +42,8 @@ def test_unitree_names_are_where_the_legs_are() -> None:
     # x forward, y left in the URDF: the hip of LH is behind and to the left
     import pinocchio
 
-    from rl.model import urdf_path
     from symdyn.robot import GO2
+    from symdyn.robot_data import urdf_path
 
     model = pinocchio.buildModelFromUrdf(str(urdf_path(GO2)))
     for leg in LEGS:

@@ -16,10 +16,11 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rl.model import build_model, foot_site, robots_folder, urdf_path
+from rl.model import build_model, foot_site
 from symdyn.errors import FileProblem, ResourceProblem
 from symdyn.legs import JOINTS, LEGS
 from symdyn.robot import GO2
+from symdyn.robot_data import robots_folder, urdf_path
 
 GEAR = {"hip": 6.33, "thigh": 6.33, "calf": 6.33 * 45.43 / 23.7}
 

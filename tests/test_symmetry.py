@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rl.model import urdf_path
 from symdyn.gaits import LIBRARY, Gait, get
 from symdyn.legs import LEGS
 from symdyn.robot import GO2
+from symdyn.robot_data import urdf_path
 from symdyn.symmetry import (
     G_R,
     G_S,
