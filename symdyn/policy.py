@@ -13,7 +13,7 @@ import re
 import reprlib
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -202,6 +202,10 @@ class Policy:
         policy = cls(session, metadata)
         policy._try_out(path)
         return policy
+
+    def with_timing(self, timing: TimingCurve) -> Policy:
+        """The same network under other curves."""
+        return Policy(self._session, replace(self.metadata, timing=timing))
 
     @property
     def timing(self) -> TimingCurve:

@@ -7,7 +7,7 @@ from rl.threads import wait_passively
 wait_passively()  # before torch
 
 from collections.abc import Sequence  # noqa: E402
-from dataclasses import dataclass  # noqa: E402
+from dataclasses import dataclass, field  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Annotated  # noqa: E402
 
@@ -17,6 +17,7 @@ from rich.progress import Progress  # noqa: E402
 
 from rl import protocols, report, run_log  # noqa: E402
 from rl.evaluate import evaluate  # noqa: E402
+from rl.sweep import SweepConfig, sweep  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.files import writable_directory  # noqa: E402
 from symdyn.policy import Policy  # noqa: E402
@@ -27,15 +28,22 @@ class EvaluateArguments:
     """Judge a policy file on the nominal model: velocity tracking, gait consistency, cost of transport (the paper's
     metrics) and gait identity (are the strides of the commanded gait?). Writes metrics.json, figures and report.md.
 
+    With --sweep-timing instead: vary stride period and duty factor about the policy's curves and write a table of what
+    each costs, from which symdyn fit-curves --trials calibrates new curves. Interrupted, it goes on where it stopped.
+
     Attributes:
         policy: the file.
         suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
         out: directory of the results; the policy's name under out/ if left out.
+        sweep_timing: write timing_sweep.csv and timing_sweep.json instead of running a suite.
+        sweep: what --sweep-timing tries.
     """
 
     policy: Annotated[Path, tyro.conf.Positional]
     suite: str = "quick"
     out: Path | None = None
+    sweep_timing: bool = False
+    sweep: SweepConfig = field(default_factory=SweepConfig)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -43,7 +51,13 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(EvaluateArguments, args=list(arguments), prog="symdyn evaluate")
     console = make_console()
     log_to(console)
-    written = judge(args.policy, args.suite, args.out or Path("out") / args.policy.stem, console)
+    out = args.out or Path("out") / args.policy.stem
+    if args.sweep_timing:
+        table = sweep_timing(args.policy, args.sweep, out, console)
+        console.print(f"Wrote {table}, with settings and units in {table.with_suffix('.json').name} beside it. Next:")
+        console.print(f"  symdyn fit-curves --trials {table}")
+        return 0
+    written = judge(args.policy, args.suite, out, console)
     console.print(f"Wrote {written}, with metrics.json and figures beside it.")
     return 0
 
@@ -59,3 +73,11 @@ def judge(policy_path: Path, suite_name: str, out: Path, console: Console, remar
             policy, policy_path, suite, lambda done, total: progress.update(task, completed=done, total=total)
         )
     return report.write(found, out, run_log.read(policy_path.parent), remark)
+
+
+def sweep_timing(policy_path: Path, config: SweepConfig, out: Path, console: Console) -> Path:
+    """Run a timing sweep with a progress bar; the CSV table's path. Raises SymdynError."""
+    policy = Policy.load(policy_path)
+    with Progress(console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task(f"{len(config.cells)} timings", total=config.trials)
+        return sweep(policy, policy_path, config, out, lambda done, total: progress.update(task, completed=done))
