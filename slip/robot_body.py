@@ -267,8 +267,8 @@ def _springs(robot: Quadruped, leg: Leg, data: Any, hip: Vector, foot: Vector, g
     planar = along - across**2 / lateral if lateral > 1e-9 * np.trace(compliance) else along
     if planar < _STRAIGHT * length**2 / gains.kp:
         raise SymdynError(
-            f"{robot.urdf}: {leg.name} is straight in the nominal stance, where its joints' gains are no spring along the "
-            "leg; give a pose with bent knees."
+            f"{robot.urdf}: {leg.name} is straight in the nominal stance, where gains are no spring along the leg; "
+            "give a pose with bent knees."
         )
     return 1.0 / float(planar), 1.0 / float(along)
 

@@ -36,12 +36,18 @@ class Command:
 
 
 GROUPS: dict[str, dict[str, Command]] = {
-    "Look at gaits": {
+    "Look at gaits and robots": {
         "gaits": Command(
             "symdyn.gaits_command",
             None,
             "the gait library: offsets, symmetry class, timing, footfalls",
             "symdyn gaits rotary_gallop --speed 1.0",
+        ),
+        "symmetry": Command(
+            "slip.cli.symmetry",
+            "slip",
+            "the symmetry group of a robot, found from its URDF, and the robot as a spring-loaded model",
+            "symdyn symmetry --robot solo12",
         ),
     },
     "Train a policy": {
