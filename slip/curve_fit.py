@@ -178,25 +178,22 @@ class CurveFit:
     speed_range: tuple[float, float]
     intervals: str
 
-    def timing(self, source: str, unit: float = 1.0) -> TimingCurve:
+    def timing(self, source: str) -> TimingCurve:
         """The constants as the trainer takes them.
 
         Args:
             source: what they were fitted to, in words; it travels with them into every policy file.
-            unit: length of the points' units over the length of the curve's, l_points / l_curve: both v* and T* go with
-                the square root of a length.
 
         Raises:
             InvalidValue: if a constant is absurd, a spread of more than 1 for one.
         """
-        root = math.sqrt(unit)
         return TimingCurve(
-            a_T=self.period.a.value * root,
-            b_T=self.period.b.value / root,
-            c_T=self.period.c.value / root,
+            a_T=self.period.a.value,
+            b_T=self.period.b.value,
+            c_T=self.period.c.value,
             a_beta=self.duty.a.value,
-            b_beta=self.duty.b.value / root,
-            c_beta=self.duty.c.value / root,
+            b_beta=self.duty.b.value,
+            c_beta=self.duty.c.value,
             source=source,
         )
 
