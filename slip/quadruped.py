@@ -41,7 +41,7 @@ class Leg:
 
 @dataclass(frozen=True, eq=False)
 class Quadruped:
-    """A robot with four legs of which every joint belongs to a leg; other joints (an arm's) are held at zero.
+    """A robot with four legs. Joints that belong to no leg (an arm's) are held at zero; their links count as trunk.
 
     Attributes:
         name: of the robot.

@@ -16,8 +16,9 @@ The Go2 settles on its gains in MuJoCo as K says (a test), not as 1 / C_dd.
 
 **Swing frequency**: a leg held stiff by its other joints has the inertia I about the hip axis (with the rotor's, seen
 through the gear, where the robot's definition has one). The gain of the hip makes it a torsion pendulum with
-sqrt(kp / I); gravity alone makes it a pendulum with sqrt(m g h / I). The model's swing spring is the first one: it acts
-in flight, where the hip falls freely and gravity turns no leg.
+sqrt(kp / I); gravity alone, the trunk held, makes it a pendulum with sqrt(m g r / I), r from the axis to the leg's
+centre of mass. The model's swing spring is the first one: it acts in flight, where the hip falls freely and gravity
+turns no leg.
 """
 
 # pinocchio lies in a folder that its wheel adds to the path at run time, out of pyright's sight
@@ -43,7 +44,7 @@ from symdyn.timing import GRAVITY
 
 Vector = NDArray[np.float64]
 
-_FORWARD, _LATERAL = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+_LATERAL = np.array([0.0, 1.0, 0.0])
 _MOSTLY = math.cos(math.radians(45.0))
 _STRAIGHT = 1e-6
 """A leg whose compliance along its line is below this share of (leg length)^2 / kp is straight: it has no spring."""
@@ -86,8 +87,7 @@ class RobotBody:
         leg_stiffness: (4,) K of the module's docstring, N/m.
         leg_stiffness_sliding: (4,) the same with a foot free to slide sideways, N/m.
         leg_inertia: (4,) of the leg about its hip axis, with the rotor, kg m^2.
-        pendulum_stiffness: (4,) gravity's torque by the leg's angle about its hip axis, N m/rad; negative if the leg's
-            centre of mass is above the hip.
+        pendulum_stiffness: (4,) m g r: gravity's torque by the angle of the hanging leg about its hip axis, N m/rad.
     """
 
     name: str
@@ -146,8 +146,8 @@ class RobotBody:
 
     @property
     def pendulum_frequency(self) -> float:
-        """Of a leg about its hip by gravity alone, mean of the legs, rad/s; a leg that would not hang counts as 0."""
-        return float(np.mean(np.sqrt(np.maximum(self.pendulum_stiffness, 0.0) / self.leg_inertia)))
+        """Of a leg about its hip by gravity alone, mean of the legs, rad/s."""
+        return float(np.mean(np.sqrt(self.pendulum_stiffness / self.leg_inertia)))
 
 
 def _mean_of(values: Vector, front: bool) -> float:
@@ -184,7 +184,8 @@ def measure(robot: Quadruped, gains: Gains | None = None, leg_length: float | No
     if not mass > 0.0:
         raise SymdynError(f"{robot.urdf}: the robot's links have no mass.")
     pinocchio.centerOfMass(model, data, configuration, True)  # of every subtree, too
-    swing_joints = [_swing_joint(robot, leg, data) for leg in robot.legs]
+    swings = [_swing_joint(robot, leg, data) for leg in robot.legs]
+    swing_joints = [joint for joint, _ in swings]
     hips = np.array([data.oMi[model.getJointId(joint)].translation for joint in swing_joints])
     feet = np.array([data.oMf[robot.foot_frame(leg)].translation for leg in robot.legs])
     length = leg_length or (robot.definition.leg_length if robot.definition else _hip_to_foot(hips, feet))
@@ -204,7 +205,7 @@ def measure(robot: Quadruped, gains: Gains | None = None, leg_length: float | No
         leg_stiffness=np.array([planar for planar, _ in springs]),
         leg_stiffness_sliding=np.array([sliding for _, sliding in springs]),
         leg_inertia=_leg_inertias(robot, swing_joints),
-        pendulum_stiffness=np.array([_pendulum_stiffness(model, data, joint) for joint in swing_joints]),
+        pendulum_stiffness=np.array([_pendulum_stiffness(model, data, joint, axis) for joint, axis in swings]),
     )
 
 
@@ -247,13 +248,13 @@ def _default_gains(robot: Quadruped, mass: float, hip_to_foot: float) -> Gains:
     return Gains(robot.definition.kp, robot.definition.kd, f"symdyn's definition of {robot.definition.name}")
 
 
-def _swing_joint(robot: Quadruped, leg: Leg, data: Any) -> str:
+def _swing_joint(robot: Quadruped, leg: Leg, data: Any) -> tuple[str, Vector]:
     world = pinocchio.ReferenceFrame.WORLD
     for name, column in zip(leg.joints, robot.velocity_index(leg), strict=True):
         joint = robot.model.getJointId(name)
         axis_b = pinocchio.getJointJacobian(robot.model, data, joint, world)[3:, column]
         if abs(axis_b @ _LATERAL) > _MOSTLY:
-            return name
+            return name, axis_b
     raise SymdynError(f"{robot.urdf}: no joint of {leg.name} ({', '.join(leg.joints)}) swings the leg fore and aft.")
 
 
@@ -281,7 +282,9 @@ def _leg_inertias(robot: Quadruped, swing_joints: list[str]) -> Vector:
     )
 
 
-def _pendulum_stiffness(model: Any, data: Any, name: str) -> float:
+def _pendulum_stiffness(model: Any, data: Any, name: str, axis_b: Vector) -> float:
     joint = model.getJointId(name)
     centre = data.oMi[joint].act(data.com[joint])
-    return float(data.mass[joint] * GRAVITY * (data.oMi[joint].translation - centre)[2])
+    lever = np.linalg.norm(np.cross(axis_b, centre - data.oMi[joint].translation))
+    level = math.hypot(axis_b[0], axis_b[1])  # gravity along a tilted axis turns nothing
+    return float(data.mass[joint] * GRAVITY * level * lever)

@@ -76,7 +76,7 @@ class DimensionalSlip:
                 and legs that lean in opposite directions (ANYmal) have no common angle.
 
         Raises:
-            InvalidValue: if ``swing`` is neither, the given stiffness is not positive, or the legs hang by no pendulum.
+            InvalidValue: if ``swing`` is neither or the given stiffness is not positive.
         """
         frequencies = {"gains": body.swing_frequency, "pendulum": body.pendulum_frequency}
         if swing not in frequencies:

@@ -75,7 +75,7 @@ def load_urdf(
     """
     model = _read_model(urdf)
     chains = [_chain(model, urdf, foot) for foot in (_ends(model, urdf) if feet is None else _named(model, feet))]
-    model = _without_others(model, chains, urdf)
+    _check_nothing_is_shared(chains, urdf)
     legs = _assigned(model, chains, urdf)
     given = ({} if srdf is None else _standing_of(srdf)) | _checked(model, pose or {})
     angles = [given.get(joint, _nearest_to_zero(model, joint)) for leg in legs for joint in leg.joints]
@@ -152,15 +152,13 @@ def _chain(model: Any, urdf: Path, foot: str) -> Chain:
     return foot, tuple(names)
 
 
-def _without_others(model: Any, chains: list[Chain], urdf: Path) -> Any:
+def _check_nothing_is_shared(chains: list[Chain], urdf: Path) -> None:
     of_legs = [joint for _, joints in chains for joint in joints]
     if len(set(of_legs)) != len(of_legs):
         twice = sorted({joint for joint in of_legs if of_legs.count(joint) > 1})
         raise SymdynError(
             f"{urdf}: two of the feet share the joint {', '.join(twice)}; each leg needs joints of its own."
         )
-    others = [i for i in range(_BASE_JOINT + 1, model.njoints) if model.names[i] not in of_legs]
-    return pinocchio.buildReducedModel(model, others, pinocchio.neutral(model)) if others else model
 
 
 def _checked(model: Any, pose: Mapping[str, float]) -> dict[str, float]:

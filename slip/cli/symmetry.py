@@ -21,7 +21,7 @@ from slip.urdf import load_robot, load_urdf
 from symdyn.console import make_console
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
 from symdyn.files import write_json
-from symdyn.legs import LEGS
+from symdyn.legs import JOINTS, LEGS
 from symdyn.robot import GO2
 
 FORMAT_VERSION = 1
@@ -93,6 +93,8 @@ def as_json(robot: Quadruped, morphology: Morphology, body: RobotBody | None) ->
 def verdict(robot: str, morphology: Morphology) -> str:
     """The conclusion in words."""
     mechanism, body = morphology.mechanism_group, morphology.body_group
+    if mechanism == body:
+        return f"{robot} has {_named(body)}, as a mechanism and as a body."
     text = f"As a mechanism {robot} has {_named(mechanism)}; as a body it has {_named(body)}."
     failures = [_why_not(g, morphology.tolerances) for g in morphology.elements if g.name in set(mechanism) - set(body)]
     return " ".join([text, *failures])
@@ -157,13 +159,15 @@ def _show(console: Console, robot: Quadruped, morphology: Morphology) -> None:
         table.add_row(g.name, images, _signs(robot, g), *errors, _holds_for(g, morphology.tolerances))
     console.print(table)
     console.print(
-        "signs: of a leg's joints from the trunk outwards, as it takes the place of its image. Errors: feet relative to "
-        "the legs' reach, mass matrix to its norm, limits in rad."
+        "signs: of a leg's joints from the trunk outwards, as it takes its image's place. Errors: feet relative to the "
+        "legs' reach, mass matrix to its norm, limits in rad."
     )
     console.print(verdict(robot.name, morphology))
     others = [g.name for g in morphology.elements if not g.is_symdyns()]
-    if others:
-        console.print(f"The joint conventions of {', '.join(others)} are not those of symdyn.symmetry.")
+    if len(robot.joints) != len(JOINTS):
+        console.print(f"symdyn.symmetry describes robots with {len(JOINTS)} joints; this one has {len(robot.joints)}.")
+    elif others:
+        console.print(f"The joint signs of {', '.join(others)} are not those of symdyn.symmetry: other joint axes.")
     else:
         console.print("Permutations and signs are those of symdyn.symmetry, which reward and networks use.")
 
@@ -194,7 +198,7 @@ def _show_body(console: Console, body: RobotBody, parameters: SlipParameters) ->
     table.add_row("leg stiffness", f"{body.mean_stiffness:.0f} N/m", f"k {k:.3f}")
     table.add_row("hind over front leg stiffness", "", f"kr {ratio:.3f}")
     table.add_row("leg swings on its gain with", f"{body.swing_frequency:.2f} rad/s", f"ks {ks:.2f}")
-    pendulum = slip_parameters(body, swing="pendulum").swing_stiffness if body.pendulum_frequency > 0.0 else 0.0
+    pendulum = slip_parameters(body, swing="pendulum").swing_stiffness
     table.add_row("leg hangs by gravity with", f"{body.pendulum_frequency:.2f} rad/s", f"(ks {pendulum:.2f})")
     console.print()
     console.print(table)
