@@ -60,7 +60,7 @@ class Element:
         joint_signs: 1 or -1 each.
         kinematics_error: largest error of a foot's position, relative to the legs' reach.
         mass_error: largest error of the mass matrix, relative.
-        limits_error: largest distance between a joint's limit and its image's, rad.
+        limits_error: largest distance between a joint's limit and its image's, rad; infinite if only one has a limit.
     """
 
     name: str
@@ -139,14 +139,15 @@ class Morphology:
         return _subgroup([g for g in self.elements if g.of_body(self.tolerances)])
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """For JSON, which has no infinity: an error without bound is null."""
         return {
             "robot": self.robot,
             "joints": list(self.joints),
             "legs": list(LEGS),
             "tolerances": asdict(self.tolerances),
             "elements": [
-                asdict(g) | {"of_mechanism": g.of_mechanism(self.tolerances), "of_body": g.of_body(self.tolerances)}
+                {key: None if value == np.inf else value for key, value in asdict(g).items()}
+                | {"of_mechanism": g.of_mechanism(self.tolerances), "of_body": g.of_body(self.tolerances)}
                 for g in self.elements
             ],
             "mechanism_group": list(self.mechanism_group),

@@ -173,7 +173,7 @@ def measure(robot: Quadruped, gains: Gains | None = None, leg_length: float | No
     Raises:
         InvalidValue: if the leg length is not positive.
         SymdynError: if a leg has no joint that swings it fore and aft, if a leg is straight in the nominal stance (it
-            has no spring there: give a pose with bent knees), or the robot has no mass.
+            has no spring there: give a pose with bent knees).
     """
     if leg_length is not None and not (math.isfinite(leg_length) and leg_length > 0.0):
         raise InvalidValue("leg_length", leg_length, "a finite number > 0, m")
@@ -181,8 +181,6 @@ def measure(robot: Quadruped, gains: Gains | None = None, leg_length: float | No
     configuration = robot.configuration(robot.standing)
     pinocchio.ccrba(model, data, configuration, np.zeros(model.nv))  # inertia of the whole robot
     mass, pitch_inertia = float(data.Ig.mass), float(data.Ig.inertia[1, 1])
-    if not mass > 0.0:
-        raise SymdynError(f"{robot.urdf}: the robot's links have no mass.")
     pinocchio.centerOfMass(model, data, configuration, True)  # of every subtree, too
     swings = [_swing_joint(robot, leg, data) for leg in robot.legs]
     swing_joints = [joint for joint, _ in swings]

@@ -76,6 +76,8 @@ def load_urdf(
     model = _read_model(urdf)
     chains = [_chain(model, urdf, foot) for foot in (_ends(model, urdf) if feet is None else _named(model, feet))]
     _check_nothing_is_shared(chains, urdf)
+    if not pinocchio.computeTotalMass(model) > 0.0:  # nor nan
+        raise FileProblem(urdf, "describes links without mass.")
     legs = _assigned(model, chains, urdf)
     given = ({} if srdf is None else _standing_of(srdf)) | _checked(model, pose or {})
     angles = [given.get(joint, _nearest_to_zero(model, joint)) for leg in legs for joint in leg.joints]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import cache
 from itertools import product
@@ -250,6 +251,32 @@ def test_two_elements_without_their_product_are_no_group() -> None:
     found = find_morphology(load_once("a1"), Tolerances(mass=5e-3, limits=4.0))
     assert [g.of_body(found.tolerances) for g in found.elements] == [True, True, True, False]
     assert found.body_group == ("e", "g_t"), "the better of the two"
+
+
+def test_legs_with_different_numbers_of_joints(tmp_path: Path) -> None:
+    tree = ElementTree.parse(urdf_path(GO2))
+    for leg in ("FL", "FR"):
+        joint = tree.getroot().find(f"joint[@name='{leg}_hip_joint']")
+        assert joint is not None
+        joint.set("type", "fixed")
+    tree.write(tmp_path / "mixed.urdf")
+    found = find_morphology(load_urdf(tmp_path / "mixed.urdf"))
+    assert found.mechanism_group == found.body_group == ("e", "g_s")
+    assert found["g_s"].joint_signs == (-1, 1, 1, 1, 1, 1, 1, -1, 1, 1)
+    assert found["g_t"].kinematics_error > 0.1
+
+
+def test_a_limit_that_only_one_leg_has(tmp_path: Path) -> None:
+    tree = ElementTree.parse(urdf_path(GO2))
+    joint = tree.getroot().find("joint[@name='RR_calf_joint']")
+    assert joint is not None
+    joint.set("type", "continuous")
+    tree.write(tmp_path / "free.urdf")
+    found = find_morphology(load_urdf(tmp_path / "free.urdf"))
+    assert found.mechanism_group == NAMES
+    assert found.body_group == ("e",)
+    assert found["g_s"].limits_error == np.inf
+    assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["elements"][1]["limits_error"] is None
 
 
 def test_continuous_joints_have_no_limits(tmp_path: Path) -> None:

@@ -391,6 +391,16 @@ def test_a_file_that_is_no_quadrupeds_urdf(tmp_path: Path, text: str, said: str)
     assert "robot.urdf" in str(raised.value)
 
 
+@pytest.mark.parametrize("mass", ["0", "nan"])
+def test_a_robot_without_mass(tmp_path: Path, mass: str) -> None:
+    tree = ElementTree.parse(urdf_path(GO2))
+    for element in tree.getroot().findall("link/inertial/mass"):
+        element.set("value", mass)
+    tree.write(tmp_path / "ghost.urdf")
+    with pytest.raises(FileProblem, match=r"ghost\.urdf"):
+        load_urdf(tmp_path / "ghost.urdf")
+
+
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FileProblem, match=r"none\.urdf: cannot be read: No such file"):
         load_urdf(tmp_path / "none.urdf")
