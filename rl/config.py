@@ -9,7 +9,7 @@ from typing import Literal
 
 from rl.commands import CommandConfig
 from rl.curriculum import RewardCurriculum
-from rl.env import EnvConfig
+from rl.env import EnvConfig, ResetConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
 
@@ -130,24 +130,50 @@ def _cpu() -> TrainConfig:
     commands = CommandConfig(
         choose="class",
         noise_keeps_class=True,
-        velocity_first_s=(3.0, 8.0),
-        velocity_again_s=(3.0, 8.0),
-        gait_first_s=(3.0, 8.0),
-        gait_again_s=(3.0, 8.0),
+        velocity_first_s=(2.0, 6.0),
+        velocity_again_s=(2.0, 6.0),
+        gait_first_s=(2.0, 6.0),
+        gait_again_s=(2.0, 6.0),
     )
-    insistent = RewardConfig(x_velocity=0.5, temporal=0.3, force_rate=0.01, velocity_filter=0.5, exp_share=1.0)
+    lenient = RewardConfig(
+        x_velocity=0.8,
+        x_rate=0.8,
+        y_rate=4.0,
+        yaw_rate=2.0,
+        temporal=0.25,
+        force_rate=0.01,
+        foot_speed_rate=0.8,
+        velocity_filter=0.5,
+        softness=0.3,
+    )
+    insistent = replace(
+        lenient,
+        x_velocity=0.5,
+        x_rate=2.5,
+        y_rate=6.0,
+        yaw_rate=3.0,
+        temporal=0.35,
+        force_rate=0.015,
+        foot_speed_rate=2.0,
+    )
     return TrainConfig(
         preset="cpu",
         iterations=4000,
         num_envs=1024,
-        env=EnvConfig(episode_s=20.0, commands=commands, curriculum=RewardCurriculum(active=True, final=insistent)),
+        env=EnvConfig(
+            episode_s=10.0,
+            commands=commands,
+            reset=ResetConfig(commanded_share=1.0),
+            rewards=lenient,
+            curriculum=RewardCurriculum(active=True, start=5e6, end=15e6, final=insistent),
+        ),
         ppo=PPOConfig(
-            epochs=4,
+            epochs=5,
             privileged_critic=True,
             equivariant=True,
             entropy_final=0.001,
-            entropy_anneal_start=8e6,
-            entropy_anneal_end=30e6,
+            entropy_anneal_start=6e6,
+            entropy_anneal_end=24e6,
         ),
     )
 

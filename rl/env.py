@@ -24,7 +24,7 @@ from rl.termination import TerminationConfig, fallen
 from symdyn import phase as clock
 from symdyn.errors import InvalidValue
 from symdyn.files import write_json
-from symdyn.frames import projected_gravity
+from symdyn.frames import projected_gravity, rotate_inverse
 from symdyn.legs import JOINTS
 from symdyn.observation import OBSERVATION, command_terms
 from symdyn.robot import GO2, Robot
@@ -39,11 +39,15 @@ class ResetConfig:
 
     Attributes:
         joint_noise: half-width on every joint angle, rad.
-        velocity_noise: half-width on each component of the trunk's velocity, m/s.
+        velocity_noise: half-width on each component of the trunk's velocity in the heading frame, m/s.
+        commanded_share: the trunk already moves at up to this share of the commanded velocity, drawn uniformly: a robot
+            that is thrown forward has to run, and finds out what running is worth (cf. the initial states of
+            Peng et al. 2018).
     """
 
     joint_noise: float = 0.1
     velocity_noise: float = 0.3
+    commanded_share: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -149,7 +153,7 @@ class GaitEnv(VecEnv):
         self._advance_clock()
         self._filter_velocity(state)
         terms = self._reward_terms(state, actions)
-        reward = rewards.total(terms, self.rewards.exp_share)
+        reward = rewards.total(terms, self.rewards.exp_share, self.rewards.softness)
         reward[diverged] = 0.0
         fell = fallen(state, self.config.termination) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
@@ -265,7 +269,15 @@ class GaitEnv(VecEnv):
         if self.config.randomization.observation_noise:
             policy = policy + self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
         privileged = PRIVILEGED.assemble(
-            privileged_terms(state, self.velocity_h, phases, self.dynamics, self.physics.foot_radius, self._default_pos)
+            privileged_terms(
+                state,
+                self.velocity_h,
+                phases,
+                self.dynamics,
+                self.physics.foot_radius,
+                self._default_pos,
+                self.robot.base_height,
+            )
         )
         return TensorDict({"policy": policy, "privileged": privileged}, batch_size=[self.num_envs])
 
@@ -280,21 +292,25 @@ class GaitEnv(VecEnv):
         joint_noise = uniform((-r.joint_noise, r.joint_noise), (n, self.num_actions), self.generator)
         velocity = uniform((-r.velocity_noise, r.velocity_noise), (n, 3), self.generator)
         heading = uniform((-np.pi, np.pi), (n,), self.generator)
+        self.commands.reset(ids)
+        if r.commanded_share > 0.0:
+            share = uniform((0.0, r.commanded_share), (n, 1), self.generator)
+            velocity[:, :2] += share * self.commands.velocity[ids, :2]
         quat = torch.stack([torch.cos(heading / 2), 0 * heading, 0 * heading, torch.sin(heading / 2)], dim=1)
         position = torch.zeros(n, 3)
-        position[:, 2] = sum(self.robot.base_height_range) / 2.0
+        position[:, 2] = self.robot.base_height
         pose = Pose(
             base_pos_w=position.double().numpy(),
             base_quat_w=quat.double().numpy(),
-            base_vel_w=velocity.double().numpy(),
+            # drawn in the heading frame; the rotation's inverse is that by minus the angle
+            base_vel_w=rotate_inverse(quat * torch.tensor([1.0, -1.0, -1.0, -1.0]), velocity).double().numpy(),
             joint_pos=(self._default_pos + joint_noise).double().numpy(),
         )
         self.physics.reset(ids.numpy(), pose)
-        self.commands.reset(ids)
         self.episode_length_buf[ids] = 0
         self.phase[ids] = torch.rand(n, generator=self.generator)
         self.last_action[ids] = 0.0
-        self.velocity_h[ids] = 0.0
+        self.velocity_h[ids] = torch.cat([velocity[:, :2], torch.zeros(n, 1)], dim=1)
         self.push_due[ids] = uniform(self.config.randomization.push_interval_s, (n,), self.generator)
 
     def _push_due(self) -> bool:

@@ -1,32 +1,38 @@
 """Networks that cannot tell left from right: equivariant under g_s by construction.
 
-For any network f, the actor (f(s) + M f(M s)) / 2 maps the mirror image of an observation to the mirror image of the
-action, and the critic (f(s) + f(M s)) / 2 gives both the same value (group averaging, e.g. Ordonez-Apraez et al. 2023;
-Su et al. 2024). The maps M come from symdyn.observation and symdyn.symmetry; nothing about order or signs stands here.
+Hidden layers carry the regular representation of the group {e, g_s}: two sheets of equal width that the mirror
+exchanges. A linear map commutes with that exchange exactly when its matrix is [[P, Q], [Q, P]], and an activation that
+acts number by number always does (Cohen & Welling 2016; Su et al. 2024 for legged robots). So the network is a plain
+multilayer perceptron of the same widths whose weights are tied: it costs as much to run, and has half as many of them.
+The maps M of inputs and outputs come from symdyn.observation and symdyn.symmetry; nothing about order or signs stands
+here.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from rsl_rl.models import MLPModel
-from rsl_rl.modules import GaussianDistribution
+from rsl_rl.modules import MLP, GaussianDistribution
 from tensordict import TensorDict
 from torch import nn
 from torch.distributions import Normal
 
 from rl.privileged import PRIVILEGED
+from symdyn.errors import InvalidValue
 from symdyn.observation import OBSERVATION
 from symdyn.symmetry import G_S
 
 _LAYOUTS = {"policy": OBSERVATION, "privileged": PRIVILEGED}
 
 Mirror = tuple[NDArray[np.int64], NDArray[np.float64]]
-"""(index, sign): the mirror image of x is ``sign * x[..., index]``."""
+"""(index, sign): the mirror image of x is ``sign * x[..., index]``; applied twice it changes nothing."""
 
 
 def mirror_of_actions() -> Mirror:
@@ -45,40 +51,115 @@ def mirror_of_groups(groups: Sequence[str]) -> Mirror:
     return np.concatenate(indices), np.concatenate(signs)
 
 
-class GroupAverage(nn.Module):
-    """(f(x) + M_out f(M_in x)) / 2.
+class _Tied(nn.Module):
+    """An affine map whose matrix is made of fewer numbers; initialised as torch.nn.Linear of the same sizes.
 
     Args:
-        network: f.
-        mirror_in: map of its input.
-        mirror_out: map of its output; None where the output is invariant.
+        inputs: width of its input.
+        shape: of its free weights.
+        biases: number of its free biases.
     """
 
-    in_index: torch.Tensor
-    in_sign: torch.Tensor
-    out_index: torch.Tensor
-    out_sign: torch.Tensor
-
-    def __init__(self, network: nn.Module, mirror_in: Mirror, mirror_out: Mirror | None) -> None:
+    def __init__(self, inputs: int, shape: tuple[int, ...], biases: int) -> None:
         super().__init__()
-        self.network = network
-        self._register("in", mirror_in)
-        self._invariant = mirror_out is None
-        if mirror_out is not None:
-            self._register("out", mirror_out)
+        bound = 1.0 / math.sqrt(inputs)
+        self.weight = nn.Parameter(torch.empty(shape).uniform_(-bound, bound))
+        self.bias = nn.Parameter(torch.empty(biases).uniform_(-bound, bound))
 
-    def _register(self, name: str, mirror: Mirror) -> None:
-        index, sign = mirror
-        self.register_buffer(f"{name}_index", torch.as_tensor(index), persistent=False)
-        self.register_buffer(f"{name}_sign", torch.as_tensor(sign, dtype=torch.float32), persistent=False)
+    def expanded(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """The whole matrix, (outputs, inputs), and the whole bias, (outputs,)."""
+        raise NotImplementedError
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """(n, inputs) -> (n, outputs)."""
-        straight = self.network(x)
-        mirrored = self.network(x[..., self.in_index] * self.in_sign)
-        if not self._invariant:
-            mirrored = mirrored[..., self.out_index] * self.out_sign
-        return 0.5 * (straight + mirrored)
+        return nn.functional.linear(x, *self.expanded())
+
+
+class _WithMirror(_Tied):
+    """A map that knows the mirror on one of its sides."""
+
+    index: torch.Tensor
+    sign: torch.Tensor
+
+    def __init__(self, inputs: int, shape: tuple[int, ...], biases: int, mirror: Mirror) -> None:
+        super().__init__(inputs, shape, biases)
+        index, sign = mirror
+        self.register_buffer("index", torch.as_tensor(index), persistent=False)
+        self.register_buffer("sign", torch.as_tensor(sign, dtype=torch.float32), persistent=False)
+
+
+class Lift(_WithMirror):
+    """From x to the sheets W x + b and W M x + b. Weight (width / 2, inputs)."""
+
+    def __init__(self, inputs: int, width: int, mirror: Mirror) -> None:
+        super().__init__(inputs, (width // 2, inputs), width // 2, mirror)
+
+    def expanded(self) -> tuple[torch.Tensor, torch.Tensor]:
+        # (W M) x = W (M x): M is an involution, so that its transpose permutes the columns in the same way
+        mirrored = self.weight[:, self.index] * self.sign[self.index]
+        return torch.cat([self.weight, mirrored]), self.bias.repeat(2)
+
+
+class Sheets(_Tied):
+    """From sheets to sheets: (P a + Q b + c, Q a + P b + c). Weight (2, width / 2, inputs / 2): P and Q."""
+
+    def __init__(self, inputs: int, width: int) -> None:
+        super().__init__(inputs, (2, width // 2, inputs // 2), width // 2)
+
+    def expanded(self) -> tuple[torch.Tensor, torch.Tensor]:
+        upper = torch.cat([self.weight[0], self.weight[1]], dim=1)
+        lower = torch.cat([self.weight[1], self.weight[0]], dim=1)
+        return torch.cat([upper, lower]), self.bias.repeat(2)
+
+
+class Project(_WithMirror):
+    """From the sheets to W a + M W b + (c + M c) / 2, which their exchange mirrors. Weight (outputs, inputs / 2)."""
+
+    def __init__(self, inputs: int, outputs: int, mirror: Mirror) -> None:
+        super().__init__(inputs, (outputs, inputs // 2), outputs, mirror)
+
+    def expanded(self) -> tuple[torch.Tensor, torch.Tensor]:
+        mirrored = self.weight[self.index] * self.sign[:, None]
+        bias = 0.5 * (self.bias + self.bias[self.index] * self.sign)
+        return torch.cat([self.weight, mirrored], dim=1), bias
+
+
+class EquivariantMLP(nn.Sequential):
+    """f with f(M_in x) = M_out f(x), ELU between its layers.
+
+    Args:
+        mirror_in: M_in.
+        mirror_out: M_out, or None for an invariant output, f(M_in x) = f(x).
+        hidden: widths of the hidden layers, both sheets together; even.
+        outputs: width of the output.
+
+    Raises:
+        InvalidValue: for an odd width.
+    """
+
+    def __init__(self, mirror_in: Mirror, mirror_out: Mirror | None, hidden: Sequence[int], outputs: int) -> None:
+        if any(width % 2 for width in hidden):
+            raise InvalidValue("The hidden layers of an equivariant network", tuple(hidden), "even widths")
+        inputs = len(mirror_in[0])
+        if mirror_out is None:
+            mirror_out = np.arange(outputs), np.ones(outputs)
+        layers: list[nn.Module] = [Lift(inputs, hidden[0], mirror_in)]
+        for before, width in pairwise(hidden):
+            layers += [nn.ELU(), Sheets(before, width)]
+        super().__init__(*layers, nn.ELU(), Project(hidden[-1], outputs, mirror_out))
+        self._sizes = inputs, outputs, tuple(hidden)
+
+    @torch.no_grad()
+    def plain(self) -> MLP:
+        """The same function as an MLP of untied weights."""
+        inputs, outputs, hidden = self._sizes
+        network = MLP(inputs, outputs, hidden, "elu")
+        for tied, layer in zip(self, network, strict=True):
+            if isinstance(tied, _Tied) and isinstance(layer, nn.Linear):
+                weight, bias = tied.expanded()
+                layer.weight.copy_(weight)
+                layer.bias.copy_(bias)
+        return network
 
 
 class EquivariantGaussian(GaussianDistribution):
@@ -93,11 +174,11 @@ class EquivariantGaussian(GaussianDistribution):
 
 
 class EquivariantModel(MLPModel):
-    """rsl_rl's MLP model, averaged over {e, g_s}: equivariant as an actor, invariant as a critic."""
+    """rsl_rl's model around an :class:`EquivariantMLP`: equivariant as an actor, invariant as a critic."""
 
     def __init__(
-        self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, *args: Any, **kwargs: Any
+        self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, output_dim: int, **kwargs: Any
     ) -> None:
-        super().__init__(obs, obs_groups, obs_set, *args, **kwargs)
+        super().__init__(obs, obs_groups, obs_set, output_dim, **kwargs)
         mirror_out = mirror_of_actions() if obs_set == "actor" else None
-        self.mlp = GroupAverage(self.mlp, mirror_of_groups(self.obs_groups), mirror_out)
+        self.mlp = EquivariantMLP(mirror_of_groups(self.obs_groups), mirror_out, kwargs["hidden_dims"], output_dim)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from torch import nn
 from rl import checkpoint as checkpoints
 from rl import config_file, run_dir
 from rl.config import TrainConfig
-from rl.equivariant import GroupAverage, mirror_of_actions, mirror_of_groups
+from rl.equivariant import EquivariantMLP, mirror_of_actions, mirror_of_groups
 from rl.origin import commit
 from symdyn.errors import FileProblem
 from symdyn.files import read_json, write_with
@@ -35,7 +34,6 @@ TOLERANCE = 1e-5
 """Largest difference between the file's actions and the network's, relative to the larger of 1 and the action."""
 
 _TESTED = 256
-_WEIGHT = re.compile(r"mlp\.(?:network\.)?(\d+)\.weight")
 _ACTION_NOISE = ("distribution.log_std_param", "distribution.std_param")
 
 
@@ -86,22 +84,31 @@ def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) ->
         raise FileProblem(origin, "holds a checkpoint without an actor.") from error
     for name in _ACTION_NOISE:
         state.pop(name, None)
-    layers = sorted((int(match[1]), name) for name in state if (match := _WEIGHT.fullmatch(name)))
-    outputs = [state[name].shape[0] for _, name in layers]
-    inputs = state[layers[0][1]].shape[-1] if layers else 0
-    found, wanted = [inputs, *outputs], [OBSERVATION.size, *config.ppo.hidden, len(JOINTS)]
+    state = {name.removeprefix("mlp."): value for name, value in state.items()}
+    if config.ppo.equivariant:
+        actor = EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), config.ppo.hidden, len(JOINTS))
+    else:
+        actor = MLP(OBSERVATION.size, len(JOINTS), config.ppo.hidden, "elu")
+    found, wanted = _shapes(state), _shapes(actor.state_dict())
     if found != wanted:
-        raise FileProblem(origin, f"holds an actor with layers of {found}, but its settings ask for {wanted}.")
+        raise FileProblem(
+            origin, f"holds an actor with {_only_in(found, wanted)}; its settings ask for {_only_in(wanted, found)}."
+        )
     if not all(bool(torch.isfinite(value).all()) for value in state.values()):
         raise FileProblem(origin, "holds an actor whose weights are not finite.")
-    actor = MLP(wanted[0], wanted[-1], config.ppo.hidden, "elu")
-    if config.ppo.equivariant:
-        actor = GroupAverage(actor, mirror_of_groups(["policy"]), mirror_of_actions())
-    try:
-        actor.load_state_dict({name.removeprefix("mlp."): value for name, value in state.items()}, strict=True)
-    except RuntimeError as error:
-        raise FileProblem(origin, f"holds an actor of another kind ({' '.join(str(error).split())}).") from error
+    actor.load_state_dict(state, strict=True)
+    if isinstance(actor, EquivariantMLP):
+        actor = actor.plain()
     return actor.eval()
+
+
+def _shapes(state: Mapping[str, torch.Tensor]) -> dict[str, str]:
+    return {name: "x".join(str(size) for size in value.shape) for name, value in state.items()}
+
+
+def _only_in(shapes: dict[str, str], others: dict[str, str]) -> str:
+    own = [f"{name} {shape}" for name, shape in shapes.items() if others.get(name) != shape]
+    return ", ".join(own) or "nothing more"
 
 
 def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyMetadata:

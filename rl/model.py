@@ -27,6 +27,9 @@ PHYSICS_DT = 0.005
 DEFAULT_FRICTION = 0.8
 """Sliding friction of foot on floor: rubber on hard floor, between Isaac Gym's 1.0 and menagerie's 0.8 for the Go2."""
 
+IMPRATIO = 10.0
+"""Stiffness of friction relative to that of the normal force: loaded feet creep ten times less than with 1."""
+
 ARENA_BYTES = 2**20
 """Room for contacts and constraints of one simulation; four feet and a trunk on the floor use a tenth of it."""
 
@@ -81,6 +84,9 @@ def build_spec(robot: Robot) -> mujoco.MjSpec:
     spec.option.timestep = PHYSICS_DT
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    # the pyramidal cone with impratio 1 lets loaded feet creep, and weakens friction along its diagonals
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPRATIO
     spec.option.iterations = 10
     spec.option.ls_iterations = 20
     spec.memory = ARENA_BYTES

@@ -27,7 +27,7 @@ PRIVILEGED = Layout(
             "velocity_h", ("v_x", "v_y", "yaw_rate"), "m/s, m/s, rad/s", 1.0, 0.0, "planar_velocity_b",
             "the velocities that the reward judges",
         ),
-        Term("base_height", ("z",), "m", 5.0, 0.0, "invariant", "trunk height above ground minus 0.4"),
+        Term("base_height", ("z",), "m", 5.0, 0.0, "invariant", "trunk height minus Robot.base_height"),
         Term("foot_force", LEGS, "N", 0.01, 0.0, "leg", "magnitude of the ground reaction force"),
         Term("foot_height", LEGS, "m", 10.0, 0.0, "leg", "sole above ground"),
         Term("foot_speed", LEGS, "m/s", 0.5, 0.0, "leg", "speed of the foot"),
@@ -44,6 +44,7 @@ def privileged_terms(
     dynamics: torch.Tensor,
     foot_radius: float,
     default_joint_pos: torch.Tensor,
+    base_height: float,
 ) -> dict[str, torch.Tensor]:
     """The values of :data:`PRIVILEGED`.
 
@@ -54,6 +55,7 @@ def privileged_terms(
         dynamics: (N, 2) added mass and friction factor.
         foot_radius: m.
         default_joint_pos: (12,) rad.
+        base_height: what heights are measured from, m.
     """
     return {
         "gravity_b": projected_gravity(state.base_quat_w),
@@ -62,7 +64,7 @@ def privileged_terms(
         "base_lin_vel_b": rotate_inverse(state.base_quat_w, state.base_lin_vel_w),
         "base_ang_vel_b": state.base_ang_vel_b,
         "velocity_h": velocity_h,
-        "base_height": state.base_pos_w[:, 2:] - 0.4,
+        "base_height": state.base_pos_w[:, 2:] - base_height,
         "foot_force": state.foot_force_w.norm(dim=-1),
         "foot_height": state.foot_pos_w[..., 2] - foot_radius,
         "foot_speed": state.foot_vel_w.norm(dim=-1),

@@ -52,6 +52,8 @@ class RewardConfig:
             instantaneous ones (paper). Asymmetric gaits sway within every stride and are not to be punished for it.
         exp_share: 0 makes the reward max(0, 1 + sum) (paper); 1 makes it exp(sum), which agrees with that to first
             order near the optimum and, never being clipped, has a slope everywhere; between them it is their mixture.
+        softness: width of the smooth bend in place of the corner of max(0, 1 + sum), in units of reward; 0 keeps the
+            corner (paper).
     """
 
     x_velocity: float = 0.3
@@ -78,6 +80,7 @@ class RewardConfig:
     morphological_term: bool = True
     velocity_filter: float = 0.0
     exp_share: float = 0.0
+    softness: float = 0.0
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -167,8 +170,11 @@ def morphological(joint_pos: torch.Tensor, offsets: torch.Tensor, rate: float) -
     return -saturating(pair_difference(joint_pos, offsets), rate)
 
 
-def total(terms: dict[str, torch.Tensor], exp_share: float) -> torch.Tensor:
-    """The reward from the weighted terms, (N,): max(0, 1 + sum), exp(sum), or their mixture."""
+def total(terms: dict[str, torch.Tensor], exp_share: float, softness: float = 0.0) -> torch.Tensor:
+    """The reward from the weighted terms, (N,): max(0, 1 + sum), softened; exp(sum); or their mixture."""
     penalty = torch.stack(list(terms.values())).sum(dim=0)
-    clipped = (1.0 + penalty).clamp(min=0.0)
+    if softness > 0.0:
+        clipped = softness * torch.nn.functional.softplus((1.0 + penalty) / softness)
+    else:
+        clipped = (1.0 + penalty).clamp(min=0.0)
     return clipped if exp_share == 0.0 else torch.lerp(clipped, torch.exp(penalty), exp_share)

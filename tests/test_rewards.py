@@ -154,6 +154,21 @@ def test_total() -> None:
     assert rewards.total(terms, exp_share=0.25).tolist() == pytest.approx(mixed)
 
 
+def test_soft_total_is_the_papers_away_from_the_corner_and_has_a_slope_everywhere() -> None:
+    penalty = torch.linspace(-2.5, 0.0, 101, dtype=torch.float64, requires_grad=True)
+    soft = rewards.total({"a": penalty}, exp_share=0.0, softness=0.1)
+    hard = rewards.total({"a": penalty}, exp_share=0.0)
+    (slope,) = torch.autograd.grad(soft.sum(), penalty)
+    with torch.no_grad():
+        # furthest at the corner, by log(2) widths; exponentially less beside it
+        assert float((soft - hard).max()) == pytest.approx(0.1 * math.log(2.0), rel=0.05)
+        apart = (penalty + 1.0).abs()
+        assert ((soft - hard) <= 0.1 * torch.exp(-apart / 0.1) + 1e-12).all()
+        assert (soft >= hard).all()
+        assert (slope > 0.0).all()
+        assert (slope <= 1.0).all()
+
+
 @given(st.floats(-1.9, 0.0))
 def test_clip_and_exp_agree_to_first_order_and_are_rewards(penalty: float) -> None:
     terms = {
