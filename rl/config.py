@@ -158,22 +158,23 @@ def _cpu() -> TrainConfig:
     )
     return TrainConfig(
         preset="cpu",
-        iterations=4000,
+        iterations=6000,
         num_envs=1024,
         env=EnvConfig(
             episode_s=10.0,
             commands=commands,
             reset=ResetConfig(commanded_share=1.0),
             rewards=lenient,
-            curriculum=RewardCurriculum(active=True, start=5e6, end=15e6, final=insistent),
+            curriculum=RewardCurriculum(active=True, start=7e6, end=17e6, final=insistent),
         ),
         ppo=PPOConfig(
             epochs=5,
             privileged_critic=True,
             equivariant=True,
+            entropy=0.005,
             entropy_final=0.001,
-            entropy_anneal_start=6e6,
-            entropy_anneal_end=24e6,
+            entropy_anneal_start=8e6,
+            entropy_anneal_end=25e6,
         ),
     )
 

@@ -150,9 +150,10 @@ class GaitEnv(VecEnv):
         diverged = ~state.finite()
         if diverged.any():
             state = self._discard(state, diverged)
-        self._advance_clock()
-        self._filter_velocity(state)
-        terms = self._reward_terms(state, actions)
+        duty, period = self.duty_and_period()
+        self.phase = clock.advance(self.phase, period, self.robot.control_dt)
+        self._filter_velocity(state, period)
+        terms = self._reward_terms(state, actions, duty)
         reward = rewards.total(terms, self.rewards.exp_share, self.rewards.softness)
         reward[diverged] = 0.0
         fell = fallen(state, self.config.termination) | diverged
@@ -208,22 +209,16 @@ class GaitEnv(VecEnv):
 
     _STATE = ("episode_length_buf", "phase", "last_action", "last_torque", "velocity_h", "push_due", "dynamics")
 
-    def _advance_clock(self) -> None:
-        _, period = self.duty_and_period()
-        self.phase = clock.advance(self.phase, period, self.robot.control_dt)
-
-    def _filter_velocity(self, state: RobotState) -> None:
+    def _filter_velocity(self, state: RobotState, period: torch.Tensor) -> None:
         strides = self.rewards.velocity_filter
         now = heading_velocity(state)
         if strides > 0.0:
-            _, period = self.duty_and_period()
             gain = -torch.expm1(-self.robot.control_dt / (strides * period))[:, None]
             now = self.velocity_h + gain * (now - self.velocity_h)
         self.velocity_h = now
 
-    def _reward_terms(self, state: RobotState, actions: torch.Tensor) -> dict[str, torch.Tensor]:
+    def _reward_terms(self, state: RobotState, actions: torch.Tensor, duty: torch.Tensor) -> dict[str, torch.Tensor]:
         c, command = self.rewards, self.commands.velocity
-        duty, _ = self.duty_and_period()
         phases = self.leg_phases()
         sole_height = state.foot_pos_w[..., 2] - self.physics.foot_radius
         swing, progress = clock.in_swing(phases, duty), clock.swing_progress(phases, duty)
