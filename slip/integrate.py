@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,8 @@ from slip import kernel
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-TOLERANCE = 1e-12
-"""Of the local error, relative to 1 + |state|."""
+TOLERANCE = 3e-12
+"""Of the estimated local error, relative to 1 + |state|; the true error is about a tenth of the estimate."""
 
 _SAFETY, _MAX_GROWTH, _MIN_SHRINK = 0.9, 6.0, 0.2
 _ERROR_EXPONENT = -1.0 / 8.0
@@ -86,7 +87,7 @@ def _error_norm(error5: Vector, error3: Vector, scale: Vector) -> float:
 
 
 def step_derivatives(
-    segments: list[Segment], contacts: Matrix, durations: Vector, parameters: Vector
+    segments: Sequence[Segment], contacts: Matrix, durations: Vector, parameters: Vector
 ) -> NDArray[np.float64]:
     """Derivative of every step of a stride.
 
@@ -104,19 +105,21 @@ def step_derivatives(
     for segment, contact, duration in zip(segments, contacts, durations, strict=True):
         for start, fraction in zip(segment.starts, segment.fractions, strict=True):
             lengths.append(fraction * duration)
-            (flat,) = jacobians_of(start, contact, parameters, lengths[-1])
-            per_step.append(flat.T.copy())  # by column: (12 * 13, 13), transposed blocks
+            (blocks,) = jacobians_of(start, contact, parameters, lengths[-1])
+            per_step.append(blocks.T.copy())  # by column: (12 * 13, 13), transposed blocks
     size = kernel.STATES
     jacobians = np.array(per_step).reshape(len(per_step), -1, size, size).swapaxes(2, 3)  # (n, 12, 13, 13)
     rates = np.concatenate([segment.rates for segment in segments])  # (n, 12, 13)
     length = np.array(lengths)[:, None, None]
 
-    identity = np.zeros((len(per_step), size, size + 1))
+    count = len(per_step)
+    identity = np.zeros((count, size, size + 1))
     identity[:, :, :size] = np.eye(size)
     # of_stage[i] = d(length * rate_i) / d(state, length)
     of_stage = np.zeros((jacobians.shape[1], *identity.shape))
+    flat = of_stage.reshape(len(of_stage), -1)
     for i, weights in enumerate(DOP853.A):
-        at = identity + np.tensordot(weights[:i], of_stage[:i], axes=1)
-        of_stage[i] = length * (jacobians[:, i] @ at)
+        at = identity + (weights[:i] @ flat[:i]).reshape(identity.shape)
+        np.matmul(length * jacobians[:, i], at, out=of_stage[i])
         of_stage[i, :, :, size] += rates[:, i]
-    return identity + np.tensordot(DOP853.B, of_stage, axes=1)
+    return identity + (DOP853.B @ flat).reshape(identity.shape)

@@ -132,3 +132,11 @@ def energy_and_forces() -> Compiled:
     return Compiled(
         "energy_and_forces", [state, contact, parameters], [energy(state, contact, parameters), forces, angles]
     )
+
+
+@cache
+def energy_gradient() -> Compiled:
+    """(state, contact, parameters) -> gradient of the energy by the state, (1, 13)."""
+    state, contact, parameters = _symbols()
+    total = energy(state, contact, parameters)
+    return Compiled("energy_gradient", [state, contact, parameters], [ca.jacobian(total, state)])

@@ -52,7 +52,7 @@ def residual(unknowns: Vector, parameters: Vector | SlipParameters) -> Vector:
     """
     known = parameters if isinstance(parameters, SlipParameters) else SlipParameters.from_vector(parameters)
     try:
-        return integrate_stride(checked(unknowns), known.vector(), derivative=False).residual
+        return integrate_stride(checked(unknowns), known.vector()).residual
     except IntegrationFailure as failure:
         raise SymdynError(f"The stride cannot be integrated: {failure}.") from None
 
@@ -61,11 +61,9 @@ def jacobian(unknowns: Vector, parameters: Vector | SlipParameters) -> Matrix:
     """Exact Jacobian (22, 22) of :func:`residual` by the unknowns; arguments and errors are the same."""
     known = parameters if isinstance(parameters, SlipParameters) else SlipParameters.from_vector(parameters)
     try:
-        result = integrate_stride(checked(unknowns), known.vector()).jacobian
+        return integrate_stride(checked(unknowns), known.vector()).jacobian
     except IntegrationFailure as failure:
         raise SymdynError(f"The stride cannot be integrated: {failure}.") from None
-    assert result is not None
-    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,12 +163,24 @@ class Orbit:
         delays = np.round(delays, 12)
         return Gait(name, tuple(float(value) for value in np.mod(-delays, 1.0)))
 
+    @property
+    def standing(self) -> NDArray[np.bool_]:
+        """Which legs are on the ground at the apex, in the order of SLIP_LEGS; (4,)."""
+        times = np.mod(self.unknowns, self.period)
+        return times[list(TOUCHDOWN)] > times[list(LIFTOFF)]
+
     @cached_property
     def energy(self) -> float:
         """Total energy [M g torso length]."""
-        contact = self.stride.contacts[0]
+        contact = self.standing.astype(np.float64)
         value, _, _ = kernel.energy_and_forces()(self.unknowns[STATES], contact, self.parameters.vector())
         return float(value[0, 0])
+
+    @cached_property
+    def energy_gradient(self) -> Vector:
+        """Derivative of the energy by the 13 states, at the apex; (13,)."""
+        contact = self.standing.astype(np.float64)
+        return kernel.energy_gradient()(self.unknowns[STATES], contact, self.parameters.vector())[0][0].copy()
 
     @cached_property
     def energy_drift(self) -> float:

@@ -8,6 +8,7 @@ and ends the stride on the ground.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,35 +27,65 @@ EVENT_ROWS = slice(_STATE_COUNT, _STATE_COUNT + len(EVENT_NAMES))
 SECTION_ROW = ROWS - 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stride:
     """A stride, integrated.
 
     Attributes:
+        parameters: of the model, (7,).
         residual: (22,): end minus start of the 13 states; foot height at touchdown and lift-off of each leg, in the
             order of the unknowns; vertical speed at the end.
-        jacobian: of the residual by the unknowns, (22, 22), or None.
         bounds: time of the start, the events in order, and the end, (10,).
         events: what happens at ``bounds[1:-1]``: positions in ``EVENT_NAMES``, (8,).
+        turns: stride periods subtracted from each event time to bring it into the stride, in the order of
+            ``EVENT_NAMES``, (8,).
         contacts: of each leg in each segment, (9, 4), 0 or 1.
         segments: the nine segments.
     """
 
+    parameters: Vector
     residual: Vector
-    jacobian: Matrix | None
     bounds: Vector
     events: NDArray[np.int64]
+    turns: Vector
     contacts: Matrix
     segments: tuple[Segment, ...]
 
+    @cached_property
+    def jacobian(self) -> Matrix:
+        """Exact Jacobian of the residual by the unknowns, (22, 22)."""
+        by_time = np.zeros((len(self.bounds), COUNT))  # gradient of every bound
+        for i, event in enumerate(self.events):
+            by_time[i + 1, EVENTS.start + event] = 1.0
+            by_time[i + 1, PERIOD] = -self.turns[event]
+        by_time[-1, PERIOD] = 1.0
+        by_duration = np.diff(by_time, axis=0)
 
-def integrate_stride(unknowns: Vector, parameters: Vector, derivative: bool = True) -> Stride:
+        derivatives = step_derivatives(self.segments, self.contacts, np.diff(self.bounds), self.parameters)
+        sensitivity = np.eye(_STATE_COUNT, COUNT)
+        jacobian = np.zeros((ROWS, COUNT))
+        step = 0
+        for i, segment in enumerate(self.segments):
+            for fraction in segment.fractions:
+                by_state, by_length = derivatives[step, :, :-1], derivatives[step, :, -1]
+                sensitivity = by_state @ sensitivity + by_length[:, None] * (fraction * by_duration[i])
+                step += 1
+            if i < len(self.events):
+                event, leg = self.events[i], self.events[i] // 2
+                _, height_gradients, _, rate_gradients = kernel.event()(segment.end, self.parameters)
+                jacobian[EVENT_ROWS.start + event] = height_gradients[leg] @ sensitivity
+                sensitivity[DALPHA[leg]] = rate_gradients[leg] @ sensitivity
+        jacobian[PERIODICITY_ROWS] = sensitivity - np.eye(_STATE_COUNT, COUNT)
+        jacobian[SECTION_ROW] = sensitivity[DY]
+        return jacobian
+
+
+def integrate_stride(unknowns: Vector, parameters: Vector) -> Stride:
     """Integrate one stride.
 
     Args:
         unknowns: (22,), see slip.unknowns.
         parameters: (7,), the fields of SlipParameters.
-        derivative: whether the Jacobian is wanted.
 
     Raises:
         slip.integrate.IntegrationFailure: if the state leaves the model's domain.
@@ -70,23 +101,17 @@ def integrate_stride(unknowns: Vector, parameters: Vector, derivative: bool = Tr
     state = unknowns[STATES].copy()
     residual = np.zeros(ROWS)
     segments: list[Segment] = []
-    gradients: list[tuple[Vector, Vector]] = []
     for i, event in enumerate(order):
         segments.append(integrate(state, contacts[i], parameters, durations[i]))
         leg = event // 2
-        heights, height_gradients, rates, rate_gradients = kernel.event()(segments[-1].end, parameters)
+        heights, _, rates, _ = kernel.event()(segments[-1].end, parameters)
         residual[EVENT_ROWS.start + event] = heights[leg, 0]
         state = segments[-1].end.copy()
         state[DALPHA[leg]] = rates[leg, 0]
-        gradients.append((height_gradients[leg].copy(), rate_gradients[leg].copy()))
     segments.append(integrate(state, contacts[-1], parameters, durations[-1]))
     residual[PERIODICITY_ROWS] = segments[-1].end - unknowns[STATES]
     residual[SECTION_ROW] = segments[-1].end[DY]
-
-    jacobian = None
-    if derivative:
-        jacobian = _jacobian(segments, contacts, durations, order, turns, gradients, parameters)
-    return Stride(residual, jacobian, bounds, order, contacts, tuple(segments))
+    return Stride(parameters, residual, bounds, order, turns, contacts, tuple(segments))
 
 
 def _contacts(times: Vector, order: NDArray[np.int64]) -> Matrix:
@@ -99,40 +124,6 @@ def _contacts(times: Vector, order: NDArray[np.int64]) -> Matrix:
         contact[event // 2] = 1.0 - event % 2
         contacts.append(contact)
     return np.array(contacts)
-
-
-def _jacobian(
-    segments: list[Segment],
-    contacts: Matrix,
-    durations: Vector,
-    order: NDArray[np.int64],
-    turns: Vector,
-    gradients: list[tuple[Vector, Vector]],
-    parameters: Vector,
-) -> Matrix:
-    by_time = np.zeros((len(durations) + 1, COUNT))  # gradient of every bound
-    for i, event in enumerate(order):
-        by_time[i + 1, EVENTS.start + event] = 1.0
-        by_time[i + 1, PERIOD] = -turns[event]
-    by_time[-1, PERIOD] = 1.0
-    by_duration = np.diff(by_time, axis=0)
-
-    derivatives = step_derivatives(segments, contacts, durations, parameters)
-    sensitivity = np.eye(_STATE_COUNT, COUNT)
-    jacobian = np.zeros((ROWS, COUNT))
-    step = 0
-    for i, segment in enumerate(segments):
-        for fraction in segment.fractions:
-            by_state, by_length = derivatives[step, :, :-1], derivatives[step, :, -1]
-            sensitivity = by_state @ sensitivity + np.outer(by_length, fraction * by_duration[i])
-            step += 1
-        if i < len(order):
-            height_gradient, rate_gradient = gradients[i]
-            jacobian[EVENT_ROWS.start + order[i]] = height_gradient @ sensitivity
-            sensitivity[DALPHA[order[i] // 2]] = rate_gradient @ sensitivity
-    jacobian[PERIODICITY_ROWS] = sensitivity - np.eye(_STATE_COUNT, COUNT)
-    jacobian[SECTION_ROW] = sensitivity[DY]
-    return jacobian
 
 
 assert all(TOUCHDOWN[i] - EVENTS.start == 2 * i and LIFTOFF[i] == TOUCHDOWN[i] + 1 for i in range(len(SLIP_LEGS)))
