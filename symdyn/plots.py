@@ -111,17 +111,32 @@ def gait_diagram(gait: Gait, duty: float, strides: int = 2) -> Figure:
         raise InvalidValue("The duty factor", duty, "in (0, 1)")
     figure = Figure(figsize=(5.0, 2.4), layout="constrained")
     axes = figure.add_subplot()
-    for row, (leg, offset) in enumerate(gait.by_leg().items()):
-        # stance is where the leg phase phi + theta is in [1 - beta, 1)
-        bars = [(k + 1.0 - duty - offset, duty) for k in range(strides + 1)]
-        axes.broken_barh(bars, (row - _BAR / 2, _BAR), facecolors=LEG_COLOURS[leg], linewidth=0)
-    for stride in range(1, strides):
-        axes.axvline(stride, color="black", linestyle=":", linewidth=1.2)
-    _leg_rows(axes)
-    axes.set_xlim(0.0, strides)
+    # stance is where the leg phase phi + theta is in [1 - beta, 1)
+    stance_bars(axes, 1.0 - duty - gait.theta, np.full(len(LEGS), duty), strides=strides)
     axes.set_xlabel("stride phase [strides]")
     axes.set_title(f"{_label(gait.name)}, duty factor {duty:g}: stance of each leg", wrap=True)
     return figure
+
+
+def stance_bars(
+    axes: Axes, touchdowns: NDArray[np.float64], stances: NDArray[np.float64], period: float = 1.0, strides: int = 2
+) -> None:
+    """Bars where each leg stands, a row a leg, repeated every stride; a dotted line between strides.
+
+    Args:
+        axes: to draw into; its limits are set to 0 and the end of the last stride.
+        touchdowns: of each leg, in the order of LEGS, within the first stride or one before it, (4,).
+        stances: how long each leg stands, (4,).
+        period: of the stride, in the unit of both.
+        strides: how many to show.
+    """
+    for row, (leg, touchdown, stance) in enumerate(zip(LEGS, touchdowns, stances, strict=True)):
+        bars = [(touchdown + k * period, stance) for k in range(-1, strides + 1)]
+        axes.broken_barh(bars, (row - _BAR / 2, _BAR), facecolors=LEG_COLOURS[leg], linewidth=0)
+    for stride in range(1, strides):
+        axes.axvline(stride * period, color="black", linestyle=":", linewidth=1.2)
+    _leg_rows(axes)
+    axes.set_xlim(0.0, strides * period)
 
 
 def velocity_tracking(recordings: Mapping[str, Recording], title: str) -> Figure:
