@@ -7,6 +7,7 @@ one. Stable parts are solid and thick, unstable ones thin and dashed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -46,6 +47,10 @@ FAMILY_COLOURS: Mapping[str, str] = {
 
 _STABLE = {"linewidth": 2.4, "linestyle": "-", "zorder": 3}
 _UNSTABLE = {"linewidth": 1.1, "linestyle": (0, (4, 1.6)), "zorder": 2}
+_MOST = 0.75
+"""Share of the junctions that the neighbourhood shows."""
+
+_AT_REST = 0.05
 _MARGIN = 0.12
 """Of the neighbourhood of the junctions, on either side, as a share of their range."""
 
@@ -114,7 +119,7 @@ def branch_diagram(diagram: Diagram, title: str | None = None, units: Units | No
             if column == 1:
                 _zoom(axes, diagram, quantity, zoom)
             else:
-                axes.set_xlim(left=min(0.0, float(axes.get_xlim()[0])) if _lowest(diagram) < 0.0 else 0.0)
+                axes.set_xlim(left=min(0.0, float(axes.get_xlim()[0])))
                 axes.set_ylabel(f"{quantity.label}" + (f" [{quantity.unit}]" if quantity.unit else ""))
             if units is not None:
                 _si_axes(axes, quantity, units, top=row == 0, right=column == panels.shape[1] - 1)
@@ -127,7 +132,8 @@ def branch_diagram(diagram: Diagram, title: str | None = None, units: Units | No
     figure.suptitle(title or f"Gait families of the quadrupedal SLIP: {described(diagram.parameters)}", wrap=True)
     figure.draw_without_rendering()  # places are needed to put the numbers beside the marks
     for row, quantity in enumerate(QUANTITIES):
-        _number(panels[row, -1], marks, quantity)
+        shown = _number(panels[row, -1], marks, quantity)
+        _number(panels[row, 0], [mark for mark in marks if mark not in shown], quantity)
     return figure
 
 
@@ -159,7 +165,9 @@ class _Mark:
     @property
     def text(self) -> str:
         leaving = ", ".join(dict.fromkeys(junction.to for junction in self.junctions))
-        return f"{self.number}: {self.junctions[0].on} \N{RIGHTWARDS ARROW} {leaving} at {self.junctions[0].dx:.4f}"
+        return (
+            f"{self.number}: {self.junctions[0].on} \N{RIGHTWARDS ARROW} {leaving} at {abs(self.junctions[0].dx):.4f}"
+        )
 
 
 def _grouped(junctions: Sequence[Junction]) -> list[_Mark]:
@@ -174,16 +182,15 @@ def _grouped(junctions: Sequence[Junction]) -> list[_Mark]:
     return [_Mark(number, tuple(group)) for number, group in enumerate(groups, start=1)]
 
 
-def _lowest(diagram: Diagram) -> float:
-    return min(float(branch.speeds.min()) for branch in diagram.branches)
-
-
 def _neighbourhood(marks: list[_Mark], diagram: Diagram) -> tuple[float, float] | None:
-    """Speeds between the junctions of moving gaits, or None if there are none or they fill the whole range anyway."""
-    speeds = [mark.junctions[0].dx for mark in marks if mark.junctions[0].dx > 0.05]
+    """The narrowest range of speeds with most of the junctions, or None if it is nearly everything."""
+    speeds = sorted(mark.junctions[0].dx for mark in marks if mark.junctions[0].dx > _AT_REST)
     if not speeds:
         return None
-    low, high = min(speeds), max(speeds)
+    count = math.ceil(_MOST * len(speeds))
+    low, high = min(
+        ((speeds[i], speeds[i + count - 1]) for i in range(len(speeds) - count + 1)), key=lambda ends: ends[1] - ends[0]
+    )
     margin = max(_MARGIN * (high - low), 0.1)
     whole = max(float(branch.speeds.max()) for branch in diagram.branches)
     return (max(0.0, low - margin), high + margin) if high - low + 2 * margin < 0.8 * whole else None
@@ -246,8 +253,8 @@ def _legend(figure: Figure, diagram: Diagram, marks: list[_Mark]) -> None:
     )
 
 
-def _number(axes: Axes, marks: list[_Mark], quantity: Quantity) -> None:
-    """Numbers beside the marks, where they cover neither a mark nor each other."""
+def _number(axes: Axes, marks: list[_Mark], quantity: Quantity) -> list[_Mark]:
+    """Numbers beside the marks that the axes show, where they cover neither a mark nor each other. Returns those."""
     low, high = sorted(axes.get_xlim())
     inside = [mark for mark in marks if low <= mark.place(quantity)[0] <= high]
     places = {mark.number: axes.transData.transform(mark.place(quantity)) for mark in inside}
@@ -281,3 +288,4 @@ def _number(axes: Axes, marks: list[_Mark], quantity: Quantity) -> None:
             annotation_clip=True,
             **style,
         )
+    return inside

@@ -104,6 +104,11 @@ class OrbitElement:
             return None
         return next(g.name for g in K4 if (g.swaps_sides, g.swaps_ends) == (self.hind, self.mirror))
 
+    @property
+    def reverses_direction(self) -> bool:
+        """Whether a gait that runs forwards becomes one that runs backwards."""
+        return self.mirror != self.reverses_time
+
     @cached_property
     def matrix(self) -> Matrix:
         """The linear map of the unknowns, (22, 22), of entries -1, 0 and 1."""

@@ -50,6 +50,20 @@ GROUPS: dict[str, dict[str, Command]] = {
             "symdyn symmetry --robot solo12",
         ),
     },
+    "Find passive gaits": {
+        "families": Command(
+            "slip.cli.families",
+            "slip",
+            "every family of passive gaits of a spring-loaded quadruped, with the branch diagram",
+            "symdyn families --k 10 --ks 20 --J 2",
+        ),
+        "orbit": Command(
+            "slip.cli.orbit",
+            "slip",
+            "one passive gait: numbers, footfalls, forces, symmetry, animation",
+            "symdyn orbit --family BG --speed 5.0",
+        ),
+    },
     "Train a policy": {
         "train": Command(
             "rl.cli.train",

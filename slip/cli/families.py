@@ -1,0 +1,121 @@
+"""``symdyn families``: all families of passive gaits of a model, as a table, data and the branch diagram."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from slip.branch import FAMILIES, Branch, Diagram
+from slip.cli.explore_with_progress import explore_with_progress
+from slip.cli.passive_model import PassiveModel, PassiveModelArguments
+from slip.continuation import StepConfig
+from slip.diagram_figure import branch_diagram, described
+from slip.families import ExploreConfig
+from slip.store import save as save_diagram
+from symdyn.console import log_to, make_console
+from symdyn.errors import InvalidValue
+from symdyn.files import writable_directory
+from symdyn.plots import save
+
+FIGURE = "families.png"
+_BARE: dict[str, object] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "pad_edge": False, "show_edge": False}
+
+
+@dataclass(frozen=True)
+class FamiliesArguments:
+    """All families of passive gaits of the spring-loaded model, found from hopping in place alone.
+
+    Writes families.npz and families.json (orbits, branches, junctions, parameters, tolerances) and families.png.
+
+    Attributes:
+        model: the spring-loaded model.
+        max_speed: apex speed at which a branch is left, in sqrt(g torso length); in m/s for a robot.
+        trot: look for trot and pace, too.
+        out: directory of the results.
+        cache: use what was explored before, and keep what is explored now.
+    """
+
+    model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
+    max_speed: float | None = None
+    trot: bool = True
+    out: Path = Path("out/families")
+    cache: bool = True
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(FamiliesArguments, args=list(arguments), prog="symdyn families")
+    if args.max_speed is not None and not (math.isfinite(args.max_speed) and args.max_speed > 0.0):
+        raise InvalidValue("--max-speed", args.max_speed, "a finite number > 0")
+    model = args.model.load()
+    console = make_console()
+    log_to(console)
+    writable_directory(args.out)
+    diagram = explore_with_progress(console, model.parameters, _config(args, model), args.cache)
+    save_diagram(diagram, args.out)
+    title = f"Gait families of the quadrupedal SLIP: {model.name} ({described(model.parameters)})"
+    save(branch_diagram(diagram, title, model.units), args.out / FIGURE)
+    show(console, diagram, model)
+    console.print(f"\nWrote families.npz, families.json and {FIGURE} into {args.out}. One gait:")
+    console.print(f"  symdyn orbit --family BG --speed 5{'' if model.units is None else ' --robot NAME'}", markup=False)
+    return 0
+
+
+def _config(args: FamiliesArguments, model: PassiveModel) -> ExploreConfig:
+    if args.max_speed is None:
+        return ExploreConfig(trot=args.trot)
+    scale = model.units.speed if model.units else 1.0
+    return ExploreConfig(steps=StepConfig(max_speed=args.max_speed / scale), trot=args.trot)
+
+
+def show(console: Console, diagram: Diagram, model: PassiveModel) -> None:
+    """Print branches, junctions and what was not found."""
+    scale, symbol = (model.units.speed, "m/s") if model.units else (1.0, "sqrt(g D)")
+    console.print(f"Model: {model.name}, {described(model.parameters)}. Speeds at the apex, {symbol}.\n")
+    table = Table("branch", **_BARE)  # type: ignore[arg-type]
+    for heading in ("speeds", "orbits", "stable", "checked to"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("ends")
+    for branch in diagram.branches:
+        low, high = branch.speeds.min() * scale, branch.speeds.max() * scale
+        table.add_row(
+            branch.name,
+            f"{low:.3f} .. {high:.3f}",
+            str(len(branch)),
+            f"{branch.stable.mean():.0%}",
+            _checked(branch),
+            "; ".join(dict.fromkeys(branch.ends)),
+        )
+    console.print(table)
+    console.print("; ".join(f"{name} {FAMILIES[name]}" for name in diagram.names) + ".")
+    console.print(
+        "checked to: largest difference over a stride to an independent integrator that detects its events.\n"
+    )
+    junctions = Table("from", "to", "parts", **_BARE)  # type: ignore[arg-type]
+    for heading in (f"speed [{symbol}]", "T [sqrt(D/g)]", "dphi [sqrt(g/D)]"):
+        junctions.add_column(heading, justify="right", no_wrap=True)
+    for junction in diagram.junctions:
+        numbers = junction.dx * scale + 0.0, junction.T, junction.dphi
+        junctions.add_row(
+            junction.on, junction.to, junction.pair, *(f"{0.0 if abs(x) < 5e-10 else x:.6f}" for x in numbers)
+        )
+    console.print(junctions)
+    console.print("parts: the pair of legs that move together before and apart after. D: torso length.")
+    for family, why in diagram.missing.items():
+        console.print(f"Not found: {family} ({FAMILIES[family]}): {why}.")
+
+
+def _checked(branch: Branch) -> str:
+    known = branch.confirmed[np.isfinite(branch.confirmed)]
+    text = f"{known.max():.0e}" if len(known) else "-"
+    others = len(branch) - len(known)
+    return f"{text} ({others} not)" if others else text

@@ -1,0 +1,103 @@
+"""Which model ``symdyn families`` and ``symdyn orbit`` work on: the literature's, or a robot's with its scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from slip.known_robots import KNOWN_ROBOTS
+from slip.parameters import REFERENCE, SlipParameters
+from symdyn.errors import InvalidValue, UnknownName
+
+if TYPE_CHECKING:
+    from slip.units import Units
+
+
+@dataclass(frozen=True)
+class PassiveModel:
+    """A model.
+
+    Attributes:
+        name: of the robot, or ``reference``; with what was changed.
+        parameters: dimensionless.
+        units: scale of the robot; None for the literature's model, which has none.
+    """
+
+    name: str
+    parameters: SlipParameters
+    units: Units | None
+
+
+@dataclass(frozen=True)
+class PassiveModelArguments:
+    """The spring-loaded model: the literature's (k 10, ks 20, J 2) unless a robot is named.
+
+    Attributes:
+        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq: the model is measured on its description.
+        urdf: a description of any robot with four legs instead.
+        feet: its four foot links, in any order; the ends of its kinematic tree if left out.
+        srdf: a file with its nominal stance; all joints at zero if left out.
+        k: mean stiffness of a leg, M g / torso length.
+        ks: stiffness of the spring that swings a leg, which swings with sqrt(ks) / l.
+        J: pitch inertia of the torso, M torso length^2.
+        rest_length: of a leg, torso lengths.
+        lb: from the hind hip to the centre of mass, torso lengths; 0.5 is a symmetric torso.
+        kr: hind over front leg stiffness.
+        resting_angle: of a leg that swings out, rad, positive forwards.
+    """
+
+    robot: str | None = None
+    urdf: Path | None = None
+    feet: tuple[str, ...] | None = None
+    srdf: Path | None = None
+    k: float | None = None
+    ks: float | None = None
+    J: float | None = None
+    rest_length: Annotated[float | None, tyro.conf.arg(name="l")] = None
+    lb: float | None = None
+    kr: float | None = None
+    resting_angle: float | None = None
+
+    def load(self) -> PassiveModel:
+        """The model. Raises SymdynError for an unknown robot, an unreadable description or absurd numbers."""
+        base = self._base()
+        flags = {
+            "stiffness": self.k,
+            "swing_stiffness": self.ks,
+            "pitch_inertia": self.J,
+            "rest_length": self.rest_length,
+            "hind_distance": self.lb,
+            "stiffness_ratio": self.kr,
+            "resting_angle": self.resting_angle,
+        }
+        given = {name: value for name, value in flags.items() if value is not None}
+        if not given:
+            return base
+        changed = replace(base.parameters, **given)
+        return PassiveModel(base.name if changed == base.parameters else f"{base.name}, changed", changed, base.units)
+
+    def _base(self) -> PassiveModel:
+        if self.urdf is not None and self.robot is not None:
+            raise InvalidValue("--robot", self.robot, "left out where --urdf is given")
+        for flag, value in (("--feet", self.feet), ("--srdf", self.srdf)):
+            if value is not None and self.urdf is None:
+                raise InvalidValue(flag, value if isinstance(value, tuple) else str(value), "used with --urdf")
+        if self.robot is None and self.urdf is None:
+            return PassiveModel("reference", REFERENCE, None)
+        if self.robot is not None and self.robot not in KNOWN_ROBOTS:
+            raise UnknownName("robot", self.robot, KNOWN_ROBOTS)
+        # Pinocchio takes a second to load, and the literature's model does not need it
+        from slip.robot_body import measure
+        from slip.units import DimensionalSlip
+        from slip.urdf import load_robot, load_urdf
+
+        if self.robot is not None:
+            robot = load_robot(self.robot)
+        else:
+            assert self.urdf is not None
+            robot = load_urdf(self.urdf, feet=self.feet, srdf=self.srdf)
+        scaled = DimensionalSlip.of_body(measure(robot))
+        return PassiveModel(robot.name, scaled.parameters(), scaled.units)

@@ -1,0 +1,85 @@
+"""Diagrams that were explored before, by parameters: exploring takes a minute, loading none.
+
+They lie in the user's cache folder: ``$SYMDYN_CACHE``, else ``$XDG_CACHE_HOME/symdyn``, else ``~/.cache/symdyn``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import os
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from slip.branch import Diagram
+from slip.families import ExploreConfig, explore
+from slip.parameters import SlipParameters
+from slip.store import load, save
+from symdyn.errors import FileProblem
+
+Report = Callable[[str, int], None]
+
+_log = logging.getLogger(__name__)
+
+
+def cache_folder() -> Path:
+    """Where symdyn keeps what it can compute again."""
+    given = os.environ.get("SYMDYN_CACHE")
+    if given:
+        return Path(given).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "symdyn"
+
+
+def explored(
+    parameters: SlipParameters,
+    config: ExploreConfig | None = None,
+    cache: bool = True,
+    report: Report = lambda _what, _count: None,
+) -> Diagram:
+    """The diagram of a model, from the cache if it is there.
+
+    Args:
+        parameters: of the model.
+        config: what to look for.
+        cache: whether to look into the cache, and to keep the diagram there. A cache that cannot be read or written is
+            no error: the diagram is explored anew.
+        report: told what is being done.
+    """
+    config = config or ExploreConfig()
+    folder = cache_folder() / "families" / key(parameters, config)
+    if cache and folder.is_dir():
+        try:
+            return load(folder)
+        except FileProblem as problem:
+            _log.warning("The cached families cannot be read and are explored anew. %s", problem)
+    diagram = explore(parameters, config, report)
+    if cache:
+        try:
+            save(diagram, folder)
+        except FileProblem as problem:
+            _log.warning("The families are not kept. %s", problem)
+    return diagram
+
+
+def key(parameters: SlipParameters, config: ExploreConfig) -> str:
+    """Name of a diagram's folder: parameters, settings, and the solver's source."""
+    settings = json.dumps([parameters.vector().tolist(), asdict(config)], sort_keys=True)
+    digest = hashlib.sha256(settings.encode())
+    digest.update(_solver().encode())
+    return digest.hexdigest()[:20]
+
+
+def _solver() -> str:
+    """What stands for the program that explores: its release, and its source in case someone changes it."""
+    try:
+        release = version("symdyn-gaits")
+    except PackageNotFoundError:
+        release = "unknown"
+    digest = hashlib.sha256(release.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
