@@ -27,6 +27,8 @@ class CommandConfig:
         noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
             False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
         velocity_x: range of forward velocity, m/s.
+        forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the range
+            (paper). Forward running is learned later than backward running.
         velocity_y: range of lateral velocity, m/s.
         yaw_rate: rad/s.
         velocity_first_s: time into the episode of the first change of velocity, drawn from this range, s.
@@ -41,6 +43,7 @@ class CommandConfig:
     offset_noise: float = 0.02
     noise_keeps_class: bool = False
     velocity_x: tuple[float, float] = (-2.0, 2.0)
+    forward_share: float | None = None
     velocity_y: tuple[float, float] = (0.0, 0.0)
     yaw_rate: tuple[float, float] = (0.0, 0.0)
     velocity_first_s: tuple[float, float] = (10.0, 10.0)
@@ -56,6 +59,11 @@ class CommandConfig:
             get(name)
         if not 0.0 <= self.offset_noise < 0.5:
             raise InvalidValue("offset_noise", self.offset_noise, "in [0, 0.5)")
+        if self.forward_share is not None:
+            if not 0.0 <= self.forward_share <= 1.0:
+                raise InvalidValue("forward_share", self.forward_share, "in [0, 1]")
+            if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
+                raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name.endswith(("_s", "_x", "_y", "_rate")) and value is not None:
@@ -161,7 +169,13 @@ class Commands:
     def _new_velocity(self, ids: torch.Tensor) -> None:
         n = len(ids)
         bounds = (self.config.velocity_x, self.config.velocity_y, self.config.yaw_rate)
-        self.velocity[ids] = torch.stack([self._uniform(bound, n) for bound in bounds], dim=1)
+        velocity = torch.stack([self._uniform(bound, n) for bound in bounds], dim=1)
+        if self.config.forward_share is not None:
+            low, high = self.config.velocity_x
+            share = self._uniform((0.0, 1.0), n)
+            forward = self._uniform((0.0, 1.0), n) < self.config.forward_share
+            velocity[:, 0] = torch.where(forward, high * share, low * share)
+        self.velocity[ids] = velocity
         self.period_delta[ids] = self._uniform((-1.0, 1.0), n)
         self.duty_delta[ids] = self._uniform((-1.0, 1.0), n)
 

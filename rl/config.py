@@ -134,6 +134,7 @@ def _cpu() -> TrainConfig:
         velocity_again_s=(2.0, 6.0),
         gait_first_s=(2.0, 6.0),
         gait_again_s=(2.0, 6.0),
+        forward_share=0.65,
     )
     lenient = RewardConfig(
         x_velocity=0.8,
@@ -165,7 +166,7 @@ def _cpu() -> TrainConfig:
             commands=commands,
             reset=ResetConfig(commanded_share=1.0),
             rewards=lenient,
-            curriculum=RewardCurriculum(active=True, start=7e6, end=17e6, final=insistent),
+            curriculum=RewardCurriculum(active=True, start=7e6, end=14e6, final=insistent),
         ),
         ppo=PPOConfig(
             epochs=5,
@@ -174,7 +175,7 @@ def _cpu() -> TrainConfig:
             entropy=0.005,
             entropy_final=0.001,
             entropy_anneal_start=8e6,
-            entropy_anneal_end=25e6,
+            entropy_anneal_end=22e6,
         ),
     )
 

@@ -231,3 +231,21 @@ def test_the_gaits_of_the_paper_have_the_pairs_that_it_says() -> None:
         theta = get(name).offsets
         pairs = {(i, j) for i, j in combinations(range(4), 2) if theta[i] == theta[j]}
         assert len(pairs) == {0: 2, 1: 2, 2: 1, 3: 0, 4: 0}[CLASSES[name]]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.65, 1.0])
+def test_share_of_forward_commands(share: float) -> None:
+    made = commands(n=4000, velocity_x=(-1.0, 2.0), forward_share=share)
+    made.reset(torch.arange(4000))
+    v = made.velocity[:, 0]
+    assert float((v > 0).float().mean()) == pytest.approx(share, abs=0.03)
+    for part, low, high in ((v[v > 0], 0.0, 2.0), (v[v < 0], -1.0, 0.0)):
+        if len(part):
+            # uniform on either side
+            assert kstest(part.numpy(), "uniform", args=(low, high - low)).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("bad", [{"forward_share": 1.1}, {"forward_share": 0.5, "velocity_x": (0.5, 1.0)}])
+def test_bad_shares_of_forward_commands_are_refused(bad: dict[str, Any]) -> None:
+    with pytest.raises(InvalidValue):
+        CommandConfig(**bad)
