@@ -1,8 +1,8 @@
 """The branch diagram: speed at the apex against stride period, apex height, pitch rate and duty factor.
 
-Left the whole range of speeds, right the neighbourhood of the junctions. Colours are of Okabe & Ito and of Tol's muted
-set, which the colour-blind tell apart; a family has the same colour in every figure, extended suspension the lighter
-one. Stable parts are solid and thick, unstable ones thin and dashed.
+Left the whole range of speeds, right the neighbourhood of the junctions. Hues are those of Okabe & Ito, which the
+colour-blind tell apart: bounds vermilion, half-bounds yellow and purple, gallops green; gathered suspension is the dark
+tone of a family, extended suspension the light one. Stable parts are solid and thick, unstable ones thin and dashed.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ Vector = NDArray[np.float64]
 
 FAMILY_COLOURS: Mapping[str, str] = {
     "PK": "#000000",
-    "BG": "#0072B2",
-    "BE": "#56B4E9",
-    "FG": "#D55E00",
-    "FE": "#E69F00",
-    "HG": "#007A5A",
-    "HE": "#44CC99",
-    "GG": "#882255",
-    "GE": "#CC79A7",
-    "TR": "#999933",
-    "PC": "#7F7F7F",
-    # torso still at the apex: a dark tone of the family
-    "B": "#003A5C",
-    "F": "#6B2F00",
-    "H": "#00402F",
-    "G": "#44102B",
+    "BG": "#C04A00",
+    "BE": "#F5905C",
+    "FG": "#B08800",
+    "FE": "#EBCB3B",
+    "HG": "#9B3F86",
+    "HE": "#DF9CCB",
+    "GG": "#007A58",
+    "GE": "#5CCDAA",
+    "TR": "#0072B2",
+    "PC": "#332288",
+    # torso still at the apex: the darkest tone of the family
+    "B": "#5E2400",
+    "F": "#5A4600",
+    "H": "#4A1C40",
+    "G": "#003D2C",
 }
-"""Colour of each family of slip.branch.FAMILIES."""
+"""Colour of each family of slip.branch.FAMILIES; the hue is the gait's in symdyn.plots."""
 
 _STABLE = {"linewidth": 2.4, "linestyle": "-", "zorder": 3}
 _UNSTABLE = {"linewidth": 1.1, "linestyle": (0, (4, 1.6)), "zorder": 2}
@@ -237,15 +237,19 @@ def _legend(figure: Figure, diagram: Diagram, marks: list[_Mark]) -> None:
         Line2D([], [], color=FAMILY_COLOURS[name], linewidth=2.4, label=f"{name}: {FAMILIES[name]}")
         for name in diagram.names
     ]
-    families += [
+    lines = [
         Line2D([], [], color="0.3", label="stable", **_STABLE),
         Line2D([], [], color="0.3", label="unstable", **_UNSTABLE),
     ]
     junctions = [Line2D([], [], linestyle="", label=mark.text) for mark in marks]
-    # a legend fills column by column: two of families, then those of junctions
-    rows = max(-(-len(families) // 2), len(junctions) if len(junctions) <= _LONGEST_COLUMN else -(-len(junctions) // 2))
+    # a legend fills column by column: two of families and lines, then those of junctions
+    rows = max(
+        -(-(len(families) + len(lines)) // 2),
+        len(junctions) if len(junctions) <= _LONGEST_COLUMN else -(-len(junctions) // 2),
+    )
     blank = [Line2D([], [], linestyle="", label="")]
-    handles = [*families, *blank * (2 * rows - len(families)), *junctions]
+    families += blank * max(0, rows - len(families))
+    handles = [*families, *lines, *blank * (2 * rows - len(families) - len(lines)), *junctions]
     columns = -(-len(handles) // rows)
     handles += blank * (columns * rows - len(handles))
     figure.legend(
