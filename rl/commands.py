@@ -27,8 +27,8 @@ class CommandConfig:
         noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
             False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
         velocity_x: range of forward velocity, m/s.
-        forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the range
-            (paper). Forward running is learned later than backward running.
+        forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the
+            range (paper). Forward running is learned later than backward running.
         velocity_y: range of lateral velocity, m/s.
         yaw_rate: rad/s.
         velocity_first_s: time into the episode of the first change of velocity, drawn from this range, s.
