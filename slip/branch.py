@@ -84,6 +84,12 @@ class Branch:
         return self.unknowns[:, UNKNOWN_NAMES.index(name)]
 
     @property
+    def pairs(self) -> tuple[str, ...]:
+        """Pairs of legs, ``hind`` and ``front``, that move together in this family."""
+        both, hind, front = ("hind", "front"), ("hind",), ("front",)
+        return {"PK": both, "B": both, "F": hind, "H": front}.get(self.family.rstrip("GE"), ())
+
+    @property
     def speeds(self) -> Vector:
         """dx at the apex, (n,)."""
         return self.unknowns[:, DX]

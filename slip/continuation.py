@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.newton import NoConvergence, correct
-from slip.stride import Stride
+from slip.stride import Stride, turns_of
 from slip.subspace import Subspace
-from slip.unknowns import DX, PAIRS, pair_difference
+from slip.unknowns import COUNT, DALPHA, DX, PAIRS, pair_difference
 from slip.validity import objection
 from symdyn.errors import InvalidValue
 
@@ -85,6 +85,17 @@ def point(space: Subspace, stride: Stride, unknowns: Vector, along: Vector) -> P
     return Point(unknowns, tangent, stride.jacobian, tests)
 
 
+def smooth_part(space: Subspace) -> Vector:
+    """1 for every coordinate but those of dalpha, (m,).
+
+    Where an event crosses the apex, the dalpha of its leg has a kink along the branch, and tangents on the two sides may
+    point against each other in it; the other coordinates go straight on.
+    """
+    weights = np.ones(COUNT)
+    weights[list(DALPHA)] = 0.0
+    return (space.basis != 0.0).T @ weights > 0.0
+
+
 @dataclass(frozen=True)
 class Trace:
     """A branch as walked.
@@ -120,19 +131,25 @@ def trace(
     """
     points: list[Point] = []
     coordinates, tangent = space.coordinates(start), along / np.linalg.norm(along)
+    smooth = smooth_part(space)
     length, trouble = config.first, ""
     while len(points) < config.most:
         if length < config.smallest:
             return Trace(tuple(points), trouble)
         predicted = coordinates + length * tangent
         try:
-            corrected = correct(space, predicted, tangent, parameters)
+            corrected = correct(space, predicted, smooth * tangent, parameters)
         except NoConvergence as failure:
             trouble, length = f"no orbit further on: {failure}", 0.5 * length
             continue
         unknowns = space.unknowns(corrected.coordinates)
-        new = point(space, corrected.stride, unknowns, tangent)
-        if points and new.tangent @ tangent < np.cos(config.sharpest):
+        new = point(space, corrected.stride, unknowns, smooth * (corrected.coordinates - coordinates))
+        # where an event crosses the apex the branch has a kink
+        kink = not np.array_equal(corrected.stride.turns, turns_of(space.unknowns(coordinates)))
+        if kink and length > config.first:
+            trouble, length = "an event crosses the apex", 0.5 * length
+            continue
+        if points and not kink and new.tangent @ tangent < np.cos(config.sharpest):
             trouble, length = "the branch turns too sharply", 0.5 * length
             continue
         no_gait = objection(corrected.stride, parameters)

@@ -18,15 +18,17 @@ from numpy.typing import NDArray
 from slip.branch import FAMILIES, Branch, Diagram, Junction
 from slip.continuation import MERGES, Point, StepConfig, Trace, trace
 from slip.floquet import multipliers_of
-from slip.junction import Crossing, crossings
+from slip.junction import Crossing, crossings, turning_point
 from slip.naming import family_of
 from slip.newton import NoConvergence, correct
 from slip.orbit import Orbit
 from slip.parameters import SlipParameters
 from slip.rest import pronk_in_place, trot_in_place
 from slip.simulate import disagreement
+from slip.stride import integrate_stride
 from slip.subspace import Subspace, subspace
 from slip.unknowns import COUNT, DX, Y, pair_swap
+from slip.validity import objection
 from symdyn.errors import InvalidValue
 
 Vector = NDArray[np.float64]
@@ -57,7 +59,7 @@ class ExploreConfig:
 
     steps: StepConfig = field(default_factory=StepConfig)
     trot: bool = True
-    highest_hop: float = 0.5
+    highest_hop: float = 1.0
     most_branches: int = 30
     homotopy: int = 8
 
@@ -109,31 +111,38 @@ class _Search:
             self.report(family_of(point.unknowns, space.pairs), count)
 
         walked = trace(space, unknowns, space.coordinates(direction), self.vector, steps or self.config.steps, tell)
-        return walked if steps else self.confirmed(walked)
+        return walked if steps else self.confirmed(space, walked)
 
-    def confirmed(self, walked: Trace) -> Trace:
-        """The trace up to the first orbit that the independent simulation does not confirm."""
+    def confirmed(self, space: Subspace, walked: Trace) -> Trace:
+        """The trace up to the first orbit that the independent simulation does not confirm, with its turning points."""
         points: list[Point] = []
-        for at in walked.points:
+        for at in self.with_turning_points(space, walked.points):
             difference = disagreement(Orbit(at.unknowns, self.parameters))
             if not difference < CONFIRMED:
                 return Trace(tuple(points), "a simulation that detects its events meets others", at.unknowns)
             points.append(replace(at, confirmed=difference))
         return replace(walked, points=tuple(points))
 
+    def with_turning_points(self, space: Subspace, points: tuple[Point, ...]) -> list[Point]:
+        """Points and between them, exactly, those where the apex speed is largest or smallest."""
+        result = list(points[:1])
+        for before, after in zip(points, points[1:], strict=False):
+            turning = turning_point(space, before, after, self.vector)
+            if turning is not None and objection(integrate_stride(turning.unknowns, self.vector), self.vector) is None:
+                result.append(turning)
+            result.append(after)
+        return result
+
+    def name_at(self, space: Subspace, unknowns: Vector) -> str | None:
+        """Name of the branch that an orbit lies on."""
+        for branch, where in zip(self.branches, self.spaces, strict=True):
+            if where is space and _distance(branch, unknowns) < _SAME:
+                return branch.name
+        return None
+
     def known(self, space: Subspace, unknowns: Vector) -> bool:
         """Whether an orbit lies on a branch that was traced already."""
-        for branch, where in zip(self.branches, self.spaces, strict=True):
-            if where is not space or len(branch) < 2:
-                continue
-            starts, ends = branch.unknowns[:-1], branch.unknowns[1:]
-            for image in _images(unknowns):
-                along = ends - starts
-                share = np.einsum("ij,ij->i", image - starts, along) / np.einsum("ij,ij->i", along, along)
-                nearest = starts + np.clip(share, 0.0, 1.0)[:, None] * along
-                if np.abs(nearest - image).max(axis=1).min() < _SAME:
-                    return True
-        return False
+        return self.name_at(space, unknowns) is not None
 
     def follow(self, start: _Start) -> None:
         if start.crossing is None:
@@ -173,18 +182,19 @@ class _Search:
         names: list[str] = []
         name_at: list[str] = []
         for a, b in zip(cuts, cuts[1:], strict=False):
-            name = self.numbered(families[a])
+            name = self.numbered(families[a], names)
             names.append(name)
             name_at += [name] * (b - a)
+        for i, (a, b) in enumerate(zip(cuts, cuts[1:], strict=False)):
             unknowns = np.array([p.unknowns for p in points[a:b]])
             orbits = [Orbit(u, self.parameters) for u in unknowns]
             here = (
-                ends[0] if a == 0 else f"goes over into {families[a - 1]}",
-                ends[1] if b == len(points) else f"goes over into {families[b]}",
+                ends[0] if i == 0 else f"goes over into {names[i - 1]}",
+                ends[1] if b == len(points) else f"goes over into {names[i + 1]}",
             )
             floquet = np.array([multipliers_of(o, p.jacobian) for o, p in zip(orbits, points[a:b], strict=True)])
             confirmed = np.array([p.confirmed for p in points[a:b]])
-            self.branches.append(Branch(name, self.parameters, unknowns, floquet, confirmed, here))
+            self.branches.append(Branch(names[i], self.parameters, unknowns, floquet, confirmed, here))
             self.spaces.append(space)
         if space.pairs:
             for i, (before, after) in enumerate(zip(points, points[1:], strict=False)):
@@ -200,8 +210,9 @@ class _Search:
         if walked.refused is not None:
             self.refused.setdefault(family, walked.refused)
 
-    def numbered(self, family: str) -> str:
-        count = sum(1 for branch in self.branches if branch.family == family)
+    def numbered(self, family: str, new: list[str]) -> str:
+        taken = [branch.name for branch in self.branches] + new
+        count = sum(1 for name in taken if name.rstrip("0123456789") == family)
         return family if count == 0 else f"{family}{count + 1}"
 
     def branch_off(self, space: Subspace, crossing: Crossing, on: str) -> None:
@@ -235,7 +246,21 @@ class _Search:
                 # known from the other branch, and more exactly
                 self.junctions.append(replace(junction, to=name))
                 return
-        self.junctions.append(Junction.at(unknowns, family_of(unknowns, parent.pairs), name, pair))
+        on = self.name_at(parent, unknowns) or family_of(unknowns, parent.pairs)
+        self.junctions.append(Junction.at(unknowns, on, name, pair))
+
+
+def _distance(branch: Branch, unknowns: Vector) -> float:
+    """Largest difference of an orbit, or one of its left-right images, to the nearest place on a branch."""
+    if len(branch) < 2:
+        return np.inf
+    starts, along = branch.unknowns[:-1], np.diff(branch.unknowns, axis=0)
+    result = np.inf
+    for image in _images(unknowns):
+        share = np.einsum("ij,ij->i", image - starts, along) / np.einsum("ij,ij->i", along, along)
+        nearest = starts + np.clip(share, 0.0, 1.0)[:, None] * along
+        result = min(result, float(np.abs(nearest - image).max(axis=1).min()))
+    return result
 
 
 def _images(unknowns: Vector) -> list[Vector]:
@@ -277,9 +302,26 @@ def _diagram(search: _Search) -> Diagram:
         if family not in found and family not in search.missing:
             search.missing[family] = "no junction on the branches that were traced leads to it"
     order = list(FAMILIES)
-    branches = sorted(search.branches, key=lambda branch: order.index(branch.family))
-    junctions = tuple(_unique(search.junctions))
-    return Diagram(search.parameters, tuple(branches), junctions, search.missing, search.refused)
+    # a branch that goes over into another family counts after those that run from junction to junction
+    whole = [b.ends[0].startswith("leaves") or b.ends[1] in MERGES.values() for b in search.branches]
+    ranked = sorted(range(len(whole)), key=lambda i: (order.index(search.branches[i].family), not whole[i], i))
+    count: dict[str, int] = {}
+    names: dict[str, str] = {}
+    for i in ranked:
+        family = search.branches[i].family
+        count[family] = count.get(family, 0) + 1
+        names[search.branches[i].name] = family if count[family] == 1 else f"{family}{count[family]}"
+
+    def renamed(text: str) -> str:
+        *words, last = text.split(" ")
+        return " ".join((*words, names.get(last, last)))
+
+    branches = [
+        replace(branch, name=names[branch.name], ends=(renamed(branch.ends[0]), renamed(branch.ends[1])))
+        for branch in (search.branches[i] for i in ranked)
+    ]
+    junctions = [replace(j, on=names.get(j.on, j.on), to=names.get(j.to, j.to)) for j in _unique(search.junctions)]
+    return Diagram(search.parameters, tuple(branches), tuple(junctions), search.missing, search.refused)
 
 
 EXPECTED = ("PK", "BG", "BE", "FG", "FE", "HG", "HE", "GG", "GE", "TR", "PC")
@@ -298,7 +340,7 @@ def _unique(junctions: list[Junction]) -> list[Junction]:
 
 def _in_place(search: _Search, space: Subspace, unknowns: Vector) -> list[Crossing]:
     """Junctions along hopping in place that lead to a branch that moves, the lowest hop first."""
-    steps = replace(search.config.steps, largest=0.02, most=400)
+    steps = replace(search.config.steps, largest=0.03, most=400)
     highest = search.parameters.rest_length + search.config.highest_hop
     found: list[Crossing] = []
     walked = search.walk(space, unknowns, np.eye(COUNT)[Y], steps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -46,16 +47,19 @@ class Segment:
 def integrate(
     state: Vector, contact: Vector, parameters: Vector, duration: float, tolerance: float = TOLERANCE
 ) -> Segment:
-    """Integrate over ``duration`` (>= 0); zero takes one step of length zero, whose derivative is the rate.
+    """Integrate over ``duration``; zero takes one step of length zero, whose derivative is the rate.
+
+    A negative duration integrates backwards: the smooth continuation that Newton's method needs while an event is a
+    little out of place.
 
     Raises:
         IntegrationFailure.
     """
     step = kernel.step()
     starts, lengths, rates = [], [], []
-    done, length = 0.0, min(duration, 0.05)
+    done, length = 0.0, math.copysign(min(abs(duration), 0.05), duration)
     while True:
-        last = done + length >= duration * (1.0 - 1e-12)
+        last = abs(done + length) >= abs(duration) * (1.0 - 1e-12)
         if last:
             length = duration - done
         end, error5, error3, stages = step(state, contact, parameters, length)
@@ -74,7 +78,7 @@ def integrate(
             break
         done += length
         length *= growth
-    fractions = np.array(lengths) / duration if duration > 0.0 else np.ones(1)
+    fractions = np.array(lengths) / duration if duration != 0.0 else np.ones(1)
     return Segment(np.array(starts), fractions, np.array(rates), state)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from slip.continuation import Point, point
 from slip.newton import NoConvergence, correct
 from slip.subspace import Subspace, subspace
+from slip.unknowns import DX
 
 Vector = NDArray[np.float64]
 
@@ -42,7 +44,7 @@ def crossings(space: Subspace, before: Point, after: Point, parameters: Vector) 
     for kind in before.tests:
         if before.tests[kind] * after.tests[kind] < 0.0:
             try:
-                located = _locate(space, before, after, kind, parameters)
+                located = located_between(space, before, after, lambda p, kind=kind: p.tests[kind], parameters)
             except NoConvergence:
                 continue
             found.append((kind, located.unknowns, located))
@@ -58,18 +60,38 @@ def crossings(space: Subspace, before: Point, after: Point, parameters: Vector) 
     return result
 
 
-def _locate(space: Subspace, before: Point, after: Point, kind: str, parameters: Vector) -> Point:
-    """Bisection with secant steps (Illinois) for the zero of a test function along the chord between two points."""
+def turning_point(space: Subspace, before: Point, after: Point, parameters: Vector) -> Point | None:
+    """The orbit between two neighbouring points where the apex speed turns round, or None."""
+
+    def dx_along(at: Point) -> float:
+        return float(space.unknowns(at.tangent)[DX])
+
+    if dx_along(before) * dx_along(after) >= 0.0:
+        return None
+    try:
+        return located_between(space, before, after, dx_along, parameters)
+    except NoConvergence:
+        return None
+
+
+def located_between(
+    space: Subspace, before: Point, after: Point, function: Callable[[Point], float], parameters: Vector
+) -> Point:
+    """The zero of a function along a branch, between two points at which it has different signs.
+
+    Raises:
+        NoConvergence: if the branch cannot be followed between them.
+    """
     start, chord = space.coordinates(before.unknowns), space.coordinates(after.unknowns - before.unknowns)
     low, high = 0.0, 1.0
-    f_low, f_high = before.tests[kind], after.tests[kind]
+    f_low, f_high = function(before), function(after)
     here, last = before, before.unknowns
     for iteration in range(60):
         # Illinois: regula falsi that halves the weight of an end that stays; every fourth step is a bisection
         where = 0.5 * (low + high) if iteration % 4 == 3 else (low * f_high - high * f_low) / (f_high - f_low)
         corrected = correct(space, start + where * chord, chord / np.linalg.norm(chord), parameters)
-        here = point(space, corrected.stride, space.unknowns(corrected.coordinates), before.tangent)
-        f = here.tests[kind]
+        here = point(space, corrected.stride, space.unknowns(corrected.coordinates), chord)
+        f = function(here)
         moved, last = float(np.abs(here.unknowns - last).max()), here.unknowns
         if f == 0.0 or moved < ACCURACY or (high - low) * np.abs(chord).max() < ACCURACY:
             break

@@ -35,9 +35,9 @@ class Compiled:
         # CasADi stores by column
         self.results = [np.zeros(result.shape, order="F") for result in results]
         for i, array in enumerate(self._inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, array.data)
         for i, array in enumerate(self.results):
-            self._buffer.set_res(i, memoryview(array.ravel(order="K")))
+            self._buffer.set_res(i, array.ravel(order="K").data)
 
     def __call__(self, *arguments: NDArray[np.float64] | float) -> list[NDArray[np.float64]]:
         for array, value in zip(self._inputs, arguments, strict=True):

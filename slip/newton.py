@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.integrate import IntegrationFailure
-from slip.stride import Stride, integrate_stride
+from slip.stride import Stride, integrate_stride, turns_of
 from slip.subspace import Subspace
 from slip.unknowns import PERIOD
 
@@ -46,7 +46,8 @@ def correct(space: Subspace, start: Vector, normal: Vector, parameters: Vector) 
     """The orbit nearest to ``start`` in the hyperplane through it.
 
     The order of events may change between iterations: it is read off the unknowns every time, and the residual is
-    continuously differentiable across such a change where the feet that swap order carry no force.
+    continuously differentiable across such a change where the feet that swap order carry no force. An event that
+    crosses the apex makes a kink, so it may do so only between two converged solutions.
 
     Args:
         space: where to search.
@@ -59,17 +60,22 @@ def correct(space: Subspace, start: Vector, normal: Vector, parameters: Vector) 
     """
     coordinates, matrix = start.copy(), None
     last = np.inf
+    turns = turns_of(space.unknowns(start))
     for iteration in range(_ITERATIONS):
         unknowns = space.unknowns(coordinates)
         if unknowns[PERIOD] <= 0.0:
             raise NoConvergence("the stride period shrank to zero")
         try:
-            stride = integrate_stride(unknowns, parameters)
+            stride = integrate_stride(unknowns, parameters, turns)
         except IntegrationFailure as failure:
             raise NoConvergence(str(failure)) from None
         norm = float(np.abs(stride.residual).max())
         if norm < _WANTED or (norm < ACCEPTED and norm > 0.3 * last):
-            return Corrected(coordinates, stride, iteration)
+            if np.array_equal(turns, turns_of(unknowns)):
+                return Corrected(coordinates, stride, iteration)
+            # an event has crossed the apex: go on from here with the stride as it now is
+            turns, matrix, last = turns_of(unknowns), None, np.inf
+            continue
         if matrix is None or norm > _GOOD_PROGRESS * last:
             # a Jacobian costs five residuals: keep it as long as it serves
             matrix = np.vstack((space.jacobian(stride.jacobian), normal))

@@ -160,8 +160,7 @@ class Orbit:
         """The footfall as a gait of symdyn: a leg that touches down later by a delay d has the offset -d."""
         delays = (self.touchdowns - self.touchdowns[0]) / self.period
         # a difference of rounding errors must not become an offset of almost one
-        delays = np.round(delays, 12)
-        return Gait(name, tuple(float(value) for value in np.mod(-delays, 1.0)))
+        return Gait.wrapped(name, -np.round(delays, 12))
 
     @property
     def standing(self) -> NDArray[np.bool_]:

@@ -80,19 +80,27 @@ class Stride:
         return jacobian
 
 
-def integrate_stride(unknowns: Vector, parameters: Vector) -> Stride:
+def turns_of(unknowns: Vector) -> Vector:
+    """Stride periods to subtract from each event time to bring it into [0, T), (8,)."""
+    return np.floor(unknowns[EVENTS] / unknowns[PERIOD])
+
+
+def integrate_stride(unknowns: Vector, parameters: Vector, turns: Vector | None = None) -> Stride:
     """Integrate one stride.
 
     Args:
         unknowns: (22,), see slip.unknowns.
         parameters: (7,), the fields of SlipParameters.
+        turns: stride periods to subtract from each event time, (8,); those of :func:`turns_of` if None. With others an
+            event may lie outside the stride, which is then integrated to it and back: the residual goes on smoothly
+            where an event crosses the apex, at which the unknowns dalpha have a kink.
 
     Raises:
         slip.integrate.IntegrationFailure: if the state leaves the model's domain.
     """
     period = unknowns[PERIOD]
-    turns = np.floor(unknowns[EVENTS] / period)
-    times = np.clip(unknowns[EVENTS] - turns * period, 0.0, period)
+    turns = turns_of(unknowns) if turns is None else turns
+    times = unknowns[EVENTS] - turns * period
     order = np.argsort(times, kind="stable")
     bounds = np.concatenate(([0.0], times[order], [period]))
     durations = np.diff(bounds)
