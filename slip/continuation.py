@@ -88,8 +88,8 @@ def point(space: Subspace, stride: Stride, unknowns: Vector, along: Vector) -> P
 def smooth_part(space: Subspace) -> Vector:
     """1 for every coordinate but those of dalpha, (m,).
 
-    Where an event crosses the apex, the dalpha of its leg has a kink along the branch, and tangents on the two sides may
-    point against each other in it; the other coordinates go straight on.
+    Where an event crosses the apex, the dalpha of its leg has a kink along the branch, and tangents on the two sides
+    may point against each other in it; the other coordinates go straight on.
     """
     weights = np.ones(COUNT)
     weights[list(DALPHA)] = 0.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -30,6 +31,8 @@ class Compiled:
 
     def __init__(self, name: str, arguments: list[ca.SX], results: list[ca.SX]) -> None:
         self._function = ca.Function(name, arguments, [ca.densify(result) for result in results], _OPTIONS)
+        # kept: it owns what evaluate() works on; casadi's stub lacks the real signature of its methods
+        self._buffer: Any
         self._buffer, self._evaluate = self._function.buffer()
         self._inputs = [np.zeros(argument.numel()) for argument in arguments]
         # CasADi stores by column
@@ -54,8 +57,8 @@ def _symbols() -> tuple[ca.SX, ca.SX, ca.SX]:
 def step() -> Compiled:
     """One Runge-Kutta step and what its error estimate and its derivative need.
 
-    (state (13,), contact (4,), parameters (7,), length [time]) -> state after it (13, 1); error estimates of order 5 and
-    3 (13, 1) each (Hairer, Norsett & Wanner 1993, II.10); rates at the stages (13, 12).
+    (state (13,), contact (4,), parameters (7,), length [time]) -> state after it (13, 1); error estimates of order 5
+    and 3 (13, 1) each (Hairer, Norsett & Wanner 1993, II.10); rates at the stages (13, 12).
     """
     state, contact, parameters = _symbols()
     length = ca.SX.sym("length")

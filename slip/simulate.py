@@ -1,7 +1,7 @@
 """An independent check: the model integrated forward in time, with events detected instead of prescribed.
 
-Nothing here is shared with slip.equations. A standing leg is a spring between the hip and a fixed point on the ground; a
-swinging leg is a pendulum in the frame of its accelerating hip; the integrator is SciPy's adaptive DOP853.
+Nothing here is shared with slip.equations. A standing leg is a spring between the hip and a fixed point on the ground;
+a swinging leg is a pendulum in the frame of its accelerating hip; the integrator is SciPy's adaptive DOP853.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ def solve_orbit(
     if problem is not None:
         raise NoOrbit(
             "no gait",
-            f"The equations have a solution near the guess, but {problem}. Try another speed or family, or stiffer legs.",
+            f"The equations have a solution near the guess, but {problem}. Try another speed, family or stiffness.",
         )
     return Orbit(space.unknowns(corrected.coordinates), parameters)
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from slip.branch import Branch, Diagram, Junction
-from slip.families import CONFIRMED
 from slip.integrate import TOLERANCE
 from slip.newton import ACCEPTED
 from slip.parameters import SlipParameters
+from slip.search import CONFIRMED
 from slip.unknowns import UNKNOWN_NAMES
 from symdyn.errors import FileProblem, SymdynError
 from symdyn.files import read_json, write_json, write_with

@@ -16,10 +16,10 @@ Matrix = NDArray[np.float64]
 class Subspace:
     """Unknowns for which the pairs named move together, in orthonormal coordinates.
 
-    The residual of such a gait is of the same kind (exchanging the two legs maps strides to strides), so Newton's method
-    and continuation can stay inside, and the Jacobian splits into this block and a 4 x 4 block for every pair that moves
-    together. Energy is conserved, which makes one residual redundant: the row of y, whose coefficient (the torso's
-    vertical acceleration at the apex) is never zero.
+    The residual of such a gait is of the same kind (exchanging the two legs maps strides to strides), so Newton's
+    method and continuation can stay inside, and the Jacobian splits into this block and a 4 x 4 block for every pair
+    that moves together. Energy is conserved, which makes one residual redundant: the row of y, whose coefficient (the
+    torso's vertical acceleration at the apex) is never zero.
 
     Attributes:
         pairs: of ``hind``, ``front``: the pairs that move together.
