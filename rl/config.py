@@ -151,10 +151,8 @@ def _cpu() -> TrainConfig:
         lenient,
         x_velocity=0.5,
         x_rate=2.5,
-        y_rate=6.0,
-        yaw_rate=3.0,
-        temporal=0.35,
-        force_rate=0.015,
+        temporal=0.45,
+        force_rate=0.02,
         foot_speed_rate=2.0,
     )
     return TrainConfig(
@@ -174,8 +172,8 @@ def _cpu() -> TrainConfig:
             equivariant=True,
             entropy=0.005,
             entropy_final=0.001,
-            entropy_anneal_start=8e6,
-            entropy_anneal_end=22e6,
+            entropy_anneal_start=12e6,
+            entropy_anneal_end=24e6,
         ),
     )
 
