@@ -20,6 +20,12 @@ from slip.parameters import SlipParameters
 from slip.store import load, save
 from symdyn.errors import FileProblem
 
+SOLVER = (
+    "branch", "continuation", "equations", "families", "floquet", "integrate", "junction", "kernel", "naming", "newton",
+    "orbit", "parameters", "rest", "search", "simulate", "stride", "subspace", "unknowns", "validity",
+)  # fmt: skip
+"""Modules of slip that decide what is found: all that slip.families imports."""
+
 Report = Callable[[str, int], None]
 
 _log = logging.getLogger(__name__)
@@ -80,6 +86,6 @@ def _solver() -> str:
     except PackageNotFoundError:
         release = "unknown"
     digest = hashlib.sha256(release.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
+    for module in SOLVER:
+        digest.update((Path(__file__).parent / f"{module}.py").read_bytes())
     return digest.hexdigest()

@@ -8,7 +8,9 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +30,15 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("symdyn")
+
+
+@pytest.fixture(scope="session")
+def slip_cache() -> Iterator[Path]:
+    """A cache of explored families that tests share, with later runs too: it knows when the solver has changed."""
+    folder = Path(__file__).parent.parent / ".pytest_cache" / "symdyn"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYMDYN_CACHE", str(folder))
+        yield folder
 
 
 class MirroredByHand:

@@ -23,7 +23,7 @@ from slip.orbit import Orbit
 from slip.orbit_figure import orbit_figure
 from slip.orbit_report import OrbitReport
 from slip.orbit_symmetry import Image
-from slip.solve import orbit_at
+from slip.solve import NoOrbit, orbits_at
 from symdyn.console import log_to, make_console
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
 from symdyn.files import writable_directory, write_json
@@ -71,14 +71,14 @@ def run(arguments: Sequence[str]) -> int:
     model = args.model.load()
     console = make_console()
     log_to(console)
-    writable_directory(args.out)
     diagram = explore_with_progress(console, model.parameters, cache=args.cache)
     unit, symbol = (model.units.speed, "m/s") if model.units else (1.0, "sqrt(g D)")
-    orbits = orbits_at(diagram, args.family, args.speed / unit, args.speed, unit, symbol)
+    orbits = of_speed(diagram, args.family, args.speed / unit, args.speed, unit, symbol)
     if not 1 <= args.which <= len(orbits):
         raise InvalidValue(
             "--which", args.which, f"from 1 to {len(orbits)}: so many gaits of this speed has {args.family}"
         )
+    writable_directory(args.out)
     report = OrbitReport.of(orbits[args.which - 1], args.family, model.units)
     title = f"{args.family}, {FAMILIES[args.family]}"
     write_json(args.out / NUMBERS, {"model": model.name, **report.as_dict()})
@@ -95,7 +95,7 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def orbits_at(
+def of_speed(
     diagram: Diagram,
     family: str,
     speed: float,
@@ -116,6 +116,7 @@ def orbits_at(
     Raises:
         SymdynError: if the family does not exist for the model; it says how that showed.
         InvalidValue: if it has no gait of this speed; it says which speeds it has.
+        NoOrbit: if there should be one, and Newton's method did not find it.
     """
     try:
         branches = diagram.family(family)
@@ -125,7 +126,15 @@ def orbits_at(
         raise SymdynError(
             f"This model has no family {family} of passive gaits{f' ({why})' if why else ''}. Found: {found}."
         ) from None
-    orbits = orbit_at(branches, speed)
+    orbits: list[Orbit] = []
+    problem: NoOrbit | None = None
+    for branch in branches:
+        try:
+            orbits += orbits_at(branch, speed)
+        except NoOrbit as failure:
+            problem = failure if problem is None or problem.reason == "speed" else problem
+    if not orbits and problem is not None and problem.reason != "speed":
+        raise problem
     if not orbits:
         ranges = [(branch.speeds.min() * unit, branch.speeds.max() * unit) for branch in branches]
         has = " or ".join(f"from {low:.4g} to {high:.4g}" for low, high in sorted(ranges))
