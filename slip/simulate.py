@@ -1,8 +1,4 @@
-"""An independent check: the model integrated forward in time, with events detected instead of prescribed.
-
-Nothing here is shared with slip.equations. A standing leg is a spring between the hip and a fixed point on the ground;
-a swinging leg is a pendulum in the frame of its accelerating hip; the integrator is SciPy's adaptive DOP853.
-"""
+"""An independent check: the model of slip.body integrated by SciPy, with events detected or prescribed."""
 
 from __future__ import annotations
 
@@ -15,21 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from slip.body import LEGS, Body
 from slip.orbit import Orbit
 from slip.parameters import SlipParameters
-from slip.unknowns import ALPHA, DALPHA, DPHI, DX, DY, EVENTS, FRONT, PERIOD, PHI, SLIP_LEGS, STATES, Y
+from slip.unknowns import DY, EVENT_NAMES, EVENTS, PERIOD, STATES
 from symdyn.errors import SymdynError
 
 Vector = NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 1e-12
 ABSOLUTE_TOLERANCE = 1e-13
-_LEGS = range(len(SLIP_LEGS))
 _SIMULTANEOUS = 1e-9
 """Feet so near to the ground (or legs so near to their rest length) share the event of another."""
 _SWINGS_BACK = 1e-9
-_LONGEST_STEP = 0.02
-"""Of the integrator, so that a foot that dips into the ground for a moment is not overlooked."""
+_STEPS = (math.inf, 0.02)
+"""Longest steps of the integrator to try in turn."""
 _APEXES = 3
 _AGREES = 1e-6
 _LONGEST = 3.0
@@ -57,80 +53,13 @@ class SimulatedStride:
     energy_drift: float
 
 
-class _Body:
-    """Forces and accelerations at a state [x, dx, y, dy, phi, dphi, (alpha, dalpha) of the swinging legs]."""
-
-    def __init__(self, parameters: SlipParameters) -> None:
-        p = parameters
-        self.hip = [(1.0 if i in FRONT else 0.0) - p.hind_distance for i in _LEGS]
-        self.stiffness = [p.front_stiffness if i in FRONT else p.hind_stiffness for i in _LEGS]
-        self.length, self.inertia = p.rest_length, p.pitch_inertia
-        self.swing_stiffness, self.resting_angle = p.swing_stiffness, p.resting_angle
-        self.foot: list[float | None] = [None] * len(self.hip)
-        """Where each standing foot is; None for a swinging leg."""
-
-    def hip_position(self, s: Vector, leg: int) -> tuple[float, float]:
-        h = self.hip[leg]
-        return s[0] + h * math.cos(s[4]), s[2] + h * math.sin(s[4])
-
-    def hip_velocity(self, s: Vector, leg: int) -> tuple[float, float]:
-        h = self.hip[leg]
-        return s[1] - h * math.sin(s[4]) * s[5], s[3] + h * math.cos(s[4]) * s[5]
-
-    def spring(self, s: Vector, leg: int) -> tuple[float, float, float]:
-        """Length of a standing leg and the force that it puts on its hip."""
-        x, y = self.hip_position(s, leg)
-        foot = self.foot[leg]
-        assert foot is not None
-        length = math.hypot(foot - x, y)
-        force = self.stiffness[leg] * (self.length - length)
-        return length, -force * (foot - x) / length, force * y / length
-
-    def rate(self, _: float, s: Vector) -> list[float]:
-        fx = fy = torque = 0.0
-        sin, cos = math.sin(s[4]), math.cos(s[4])
-        for leg in _LEGS:
-            if self.foot[leg] is not None:
-                _length, x, y = self.spring(s, leg)
-                fx, fy = fx + x, fy + y
-                torque += self.hip[leg] * (cos * y - sin * x)
-        ddx, ddy, ddphi = fx, fy - 1.0, torque / self.inertia
-        result = [s[1], ddx, s[3], ddy, s[5], ddphi]
-        for leg in _LEGS:
-            if self.foot[leg] is not None:
-                result += [0.0, 0.0]
-                continue
-            h, alpha, dalpha = self.hip[leg], s[6 + 2 * leg], s[7 + 2 * leg]
-            ax = ddx - h * (sin * ddphi + cos * s[5] ** 2)
-            ay = ddy + h * (cos * ddphi - sin * s[5] ** 2)
-            theta = alpha + s[4]
-            pendulum = -(ax * math.cos(theta) + (ay + 1.0) * math.sin(theta)) / self.length
-            spring = -self.swing_stiffness * (alpha - self.resting_angle) / self.length**2
-            result += [dalpha, pendulum + spring - ddphi]
-        return result
-
-    def energy(self, s: Vector) -> float:
-        total = 0.5 * (s[1] ** 2 + s[3] ** 2 + self.inertia * s[5] ** 2) + s[2]
-        for leg in _LEGS:
-            if self.foot[leg] is not None:
-                total += 0.5 * self.stiffness[leg] * (self.length - self.spring(s, leg)[0]) ** 2
-        return total
-
-    def foot_height(self, s: Vector, leg: int) -> float:
-        return self.hip_position(s, leg)[1] - self.length * math.cos(s[6 + 2 * leg] + s[4])
-
-    def stance_angle(self, s: Vector, leg: int) -> tuple[float, float]:
-        """alpha and dalpha of a standing leg."""
-        x, y = self.hip_position(s, leg)
-        vx, vy = self.hip_velocity(s, leg)
-        foot = self.foot[leg]
-        assert foot is not None
-        ahead = foot - x
-        return math.atan2(ahead, y) - s[4], (-vx * y - ahead * vy) / (ahead**2 + y**2) - s[5]
-
-
 def simulate(
-    state: Vector, standing: NDArray[np.bool_], parameters: SlipParameters, patience: float, apex: int = 1
+    state: Vector,
+    standing: NDArray[np.bool_],
+    parameters: SlipParameters,
+    patience: float,
+    apex: int = 1,
+    longest_step: float = math.inf,
 ) -> SimulatedStride:
     """Run from an apex to one after every leg has touched down and lifted off.
 
@@ -143,18 +72,16 @@ def simulate(
         parameters: of the model.
         patience: longest time to wait for the end.
         apex: the how manieth apex after that ends the stride; a torso may bob more than once.
+        longest_step: of the integrator; a foot that dips into the ground for less than a step is overlooked.
 
     Raises:
         SymdynError: if the stride does not end in time, or the torso falls.
     """
-    body = _Body(parameters)
-    s = np.zeros(6 + 2 * len(body.hip))
-    s[[1, 2, 3, 4, 5]] = state[[DX, Y, DY, PHI, DPHI]]
-    s[6::2], s[7::2] = state[list(ALPHA)], state[list(DALPHA)]
-    for leg in _LEGS:
+    body = Body(parameters)
+    s = body.start(state)
+    for leg in LEGS:
         if standing[leg]:
-            x, y = body.hip_position(s, leg)
-            body.foot[leg] = x + y * math.tan(s[6 + 2 * leg] + s[4])
+            body.pin(s, leg)
     touchdowns, liftoffs = [math.nan] * len(body.hip), [math.nan] * len(body.hip)
     time, drift, energy = 0.0, 0.0, body.energy(s)
     forwards = math.copysign(1.0, s[1])
@@ -169,7 +96,7 @@ def simulate(
             events=events,
             rtol=RELATIVE_TOLERANCE,
             atol=ABSOLUTE_TOLERANCE,
-            max_step=_LONGEST_STEP,
+            max_step=longest_step,
         )
         drift = max(drift, *(abs(body.energy(column) - energy) for column in solution.y.T))
         if solution.status != 1:
@@ -187,22 +114,17 @@ def simulate(
             continue
         if kind == "fall":
             raise SymdynError("The simulated torso fell.")
-        for other in _LEGS:
+        for other in LEGS:
             if (kind, leg) == ("touchdown", other) or _meets_ground(body, s, other, forwards):
-                body.foot[other] = body.hip_position(s, other)[0] + body.length * math.sin(s[6 + 2 * other] + s[4])
+                body.pin(s, other)
                 touchdowns[other] = time
             elif (kind, leg) == ("liftoff", other) or _leaves_ground(body, s, other):
-                s[6 + 2 * other], s[7 + 2 * other] = body.stance_angle(s, other)
-                body.foot[other], liftoffs[other] = None, time
-    end = np.zeros_like(state)
-    end[[DX, Y, DY, PHI, DPHI]] = s[[1, 2, 3, 4, 5]]
-    for leg in _LEGS:
-        angle = body.stance_angle(s, leg) if body.foot[leg] is not None else (s[6 + 2 * leg], s[7 + 2 * leg])
-        end[ALPHA[leg]], end[DALPHA[leg]] = angle
-    return SimulatedStride(np.array(touchdowns), np.array(liftoffs), time, float(s[0]), end, drift)
+                body.release(s, other)
+                liftoffs[other] = time
+    return SimulatedStride(np.array(touchdowns), np.array(liftoffs), time, float(s[0]), body.states(s), drift)
 
 
-def _meets_ground(body: _Body, s: Vector, leg: int, forwards: float) -> bool:
+def _meets_ground(body: Body, s: Vector, leg: int, forwards: float) -> bool:
     """Whether a swinging leg touches down at this very moment, too."""
     if body.foot[leg] is not None or abs(body.foot_height(s, leg)) > _SIMULTANEOUS:
         return False
@@ -211,7 +133,7 @@ def _meets_ground(body: _Body, s: Vector, leg: int, forwards: float) -> bool:
     return sinking and forwards * dtheta <= _SWINGS_BACK
 
 
-def _leaves_ground(body: _Body, s: Vector, leg: int) -> bool:
+def _leaves_ground(body: Body, s: Vector, leg: int) -> bool:
     """Whether a standing leg lifts off at this very moment, too."""
     foot = body.foot[leg]
     if foot is None or abs(body.spring(s, leg)[0] - body.length) > _SIMULTANEOUS:
@@ -221,7 +143,7 @@ def _leaves_ground(body: _Body, s: Vector, leg: int) -> bool:
 
 
 def _events(
-    body: _Body, forwards: float, complete: bool
+    body: Body, forwards: float, complete: bool
 ) -> tuple[list[Callable[[float, Vector], float]], list[tuple[str, int]]]:
     events: list[Any] = []
     meanings: list[tuple[str, int]] = []
@@ -231,7 +153,7 @@ def _events(
         events.append(function)
         meanings.append((kind, leg))
 
-    for leg in _LEGS:
+    for leg in LEGS:
         if body.foot[leg] is None:
 
             def height(_: float, s: Vector, leg: int = leg) -> float:
@@ -268,14 +190,55 @@ def disagreement(orbit: Orbit) -> float:
     """
     expected = np.mod(orbit.unknowns[EVENTS], orbit.unknowns[PERIOD])
     best = math.nan
-    for apex in range(1, _APEXES + 1):
-        try:
-            run = simulate(orbit.unknowns[STATES], orbit.standing, orbit.parameters, _LONGEST * orbit.period, apex)
-        except SymdynError:
+    for longest_step in _STEPS:
+        for apex in range(1, _APEXES + 1):
+            patience = _LONGEST * orbit.period
+            try:
+                run = simulate(orbit.unknowns[STATES], orbit.standing, orbit.parameters, patience, apex, longest_step)
+            except SymdynError:
+                break
+            found = np.stack((run.touchdowns, run.liftoffs), axis=1).ravel()
+            states = np.abs(run.state - orbit.unknowns[STATES]).max()
+            here = max(np.abs(found - expected).max(), states, abs(run.period - orbit.period))
+            best = float(np.nanmin([best, here]))
+            if best < _AGREES:
+                return best
+            if run.period > orbit.period:
+                break
+    return best
+
+
+def residual_with_given_times(unknowns: Vector, parameters: SlipParameters) -> Vector:
+    """:func:`slip.orbit.residual`, (22,), by the independent model: events at the times that the unknowns say.
+
+    Args:
+        unknowns: (22,), see slip.unknowns.
+        parameters: of the model.
+    """
+    period = unknowns[PERIOD]
+    times = np.mod(unknowns[EVENTS], period)
+    body = Body(parameters)
+    s = body.start(unknowns[STATES])
+    for leg in LEGS:
+        if times[2 * leg] > times[2 * leg + 1]:
+            body.pin(s, leg)
+    heights, now = np.zeros(len(times)), 0.0
+    for event in (*np.argsort(times, kind="stable"), None):
+        until = period if event is None else times[event]
+        if until > now:
+            solution: Any = solve_ivp(
+                body.rate, (now, until), s, "DOP853", rtol=RELATIVE_TOLERANCE, atol=ABSOLUTE_TOLERANCE
+            )
+            s, now = solution.y[:, -1].copy(), until
+        if event is None:
             break
-        found = np.stack((run.touchdowns, run.liftoffs), axis=1).ravel()
-        states = np.abs(run.state - orbit.unknowns[STATES]).max()
-        best = np.nanmin([best, max(np.abs(found - expected).max(), states, abs(run.period - orbit.period))])
-        if best < _AGREES or run.period > orbit.period:
-            break
-    return float(best)
+        leg = int(event) // 2
+        if body.foot[leg] is not None:
+            s[6 + 2 * leg], s[7 + 2 * leg] = body.stance_angle(s, leg)
+        heights[event] = body.foot_height(s, leg)
+        if EVENT_NAMES[event].startswith("touchdown"):
+            body.pin(s, leg)
+        elif body.foot[leg] is not None:
+            body.release(s, leg)
+    end = body.states(s)
+    return np.concatenate((end - unknowns[STATES], heights, [end[DY]]))
