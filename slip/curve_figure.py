@@ -24,10 +24,15 @@ FAMILY_STYLES: dict[str, tuple[str, str]] = {
     "HE": ("#CC79A7", "s"),
     "GG": ("#009E73", "o"),
     "GE": ("#009E73", "s"),
+    "B": ("#D55E00", "D"),
+    "F": ("#E69F00", "D"),
+    "H": ("#CC79A7", "D"),
+    "G": ("#009E73", "D"),
     "TR": ("#0072B2", "o"),
     "PC": ("#332288", "o"),
 }
-"""Colour (that of the gait in every other figure) and marker: gathered or neither round, extended square."""
+"""Colour (that of the gait in every other figure) and marker: round (gathered), square (extended) or
+on its corner (a torso that does not turn at the apex)."""
 
 _PASSIVE, _CALIBRATED, _PAPER = "black", "#882255", "black"
 _OTHER = "#999933"

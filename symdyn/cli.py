@@ -63,6 +63,18 @@ GROUPS: dict[str, dict[str, Command]] = {
             "one passive gait: numbers, footfalls, forces, symmetry, animation",
             "symdyn orbit --family BG --speed 5.0",
         ),
+        "fit-curves": Command(
+            "slip.cli.fit_curves",
+            "slip",
+            "stride period and duty factor over speed: fit to passive gaits and, apart, to a policy's trials",
+            "symdyn fit-curves --robot go2 --trials out/mine/timing_sweep.csv",
+        ),
+        "study": Command(
+            "slip.cli.study",
+            "slip",
+            "families and timing curves of a grid of models, in parallel, resumable",
+            "symdyn study --k 5 10 20 --ks 10 20 40 --jobs 2",
+        ),
     },
     "Train a policy": {
         "train": Command(

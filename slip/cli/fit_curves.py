@@ -1,0 +1,187 @@
+"""``symdyn fit-curves``: stride period and duty factor over speed, from passive orbits and, apart, from trials."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.markdown import Markdown
+
+from slip.branch import Diagram
+from slip.cli.explore_with_progress import explore_with_progress
+from slip.cli.passive_model import PassiveModel, PassiveModelArguments
+from slip.curve_figure import curve_figure
+from slip.curve_fit import FEWEST_GROUPS, CurveFit, TimingPoints, fit_curves
+from slip.curve_report import markdown
+from slip.curves_file import CurveName, FittedCurve, document, write
+from slip.family_cells import branch_table, reaching
+from slip.identify import IdentifyConfig, identify
+from slip.passive_points import PassiveOrbits, Selection
+from slip.trial_choice import Choice, ChoiceConfig, choose
+from symdyn import trials
+from symdyn.console import log_to, make_console
+from symdyn.errors import InvalidValue
+from symdyn.files import writable_directory, write_text
+from symdyn.plots import save
+from symdyn.robot import GO2
+
+_log = logging.getLogger(__name__)
+
+CURVES, FIGURE, REPORT = "curves.json", "curves.png", "curves.md"
+
+
+@dataclass(frozen=True)
+class FitArguments:
+    """Fit T* = a_T (1 + b_T delta |v*|) exp(-c_T |v*|), and the duty factor alike.
+
+    Two fits that are kept apart: passive, to orbits of the spring-loaded model; calibrated, to trials of a trained
+    policy, if a table of them is given (symdyn evaluate --sweep-timing writes one). Writes curves.json for symdyn train
+    --timing, a figure and a report. Without trials the active curve of the file is the paper's, and the file says so.
+
+    Attributes:
+        model: the spring-loaded model: the go2's if no robot is named, with what is given instead.
+        reference: take the literature's model (k 10, ks 20, J 2), which is no robot's.
+        identify: choose k and ks so that the pronk at rest meets the targets; what is left to the model is the decay.
+        target: of --identify.
+        select: which orbits count, and how much.
+        trials: table of trials, CSV or JSON.
+        choice: which of them calibrate.
+        active: which curve the trainer takes: passive, calibrated or paper. Default: calibrated if there are trials,
+            else paper.
+        bootstrap: intervals from so many resamplings of whole families, or gaits; 0 takes the covariance. Where there
+            are fewer than four families the covariance is taken, too.
+        trot: look for trot and pace, too.
+        cache: use orbits that were found before, and keep those found now.
+        out: directory of curves.json, curves.png and curves.md.
+    """
+
+    model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
+    reference: bool = False
+    identify: bool = False
+    target: IdentifyConfig = field(default_factory=IdentifyConfig)
+    select: Annotated[Selection, tyro.conf.arg(name="")] = field(default_factory=Selection)
+    trials: Path | None = None
+    choice: Annotated[ChoiceConfig, tyro.conf.arg(name="")] = field(default_factory=ChoiceConfig)
+    active: CurveName | None = None
+    bootstrap: int = 0
+    trot: bool = True
+    cache: bool = True
+    out: Path = Path("out/curves")
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(FitArguments, args=list(arguments), prog="symdyn fit-curves")
+    if args.bootstrap < 0:
+        raise InvalidValue("--bootstrap", args.bootstrap, "a whole number >= 0")
+    if args.identify and (args.model.k is not None or args.model.ks is not None):
+        raise InvalidValue("--identify", True, "left out where --k or --ks is given: it chooses both")
+    if args.active == "calibrated" and args.trials is None:
+        raise InvalidValue("--active", args.active, "passive or paper where no --trials are given")
+    model = _model(args)
+    choice = None if args.trials is None else _chosen(args.trials, model, args.choice)
+    calibrated = None if choice is None or args.trials is None else _calibrated(choice, args)
+    if args.identify:
+        model = replace(model, parameters=identify(model.parameters, args.target))
+    console = make_console()
+    log_to(console)
+    writable_directory(args.out)
+    config = reaching(model.parameters, args.select.speeds[1], args.trot)
+    diagram = explore_with_progress(console, model.parameters, config, args.cache)
+    points = PassiveOrbits.of(diagram.branches).select(args.select)
+    passive = _passive(points, diagram, model, args)
+    content = document(passive, calibrated, args.active)
+    text = markdown(content, model.name, FIGURE)
+    figure = curve_figure(
+        passive.fit,
+        points,
+        None if calibrated is None else calibrated.fit,
+        None if choice is None else choice.points,
+        _leg_length(model),
+        f"Timing curves: {model.name}",
+    )
+    save(figure, args.out / FIGURE)
+    write_text(args.out / REPORT, text)
+    write(args.out / CURVES, content)
+    console.print(Markdown(text.partition("\n## ")[0]))
+    console.print(f"\nWrote {args.out / CURVES}, with {FIGURE} and {REPORT} beside it. Next:")
+    console.print(f"  symdyn train --timing {args.out / CURVES}   # active: {content['active']}")
+    return 0
+
+
+def _model(args: FitArguments) -> PassiveModel:
+    robot, urdf = args.model.robot, args.model.urdf
+    if args.reference and (robot is not None or urdf is not None):
+        raise InvalidValue("--reference", True, "left out where a robot is named")
+    named = args.reference or robot is not None or urdf is not None
+    return (args.model if named else replace(args.model, robot=GO2.name)).load()
+
+
+def _leg_length(model: PassiveModel) -> float | None:
+    """m; None for the literature's model."""
+    return None if model.units is None else model.units.length * model.parameters.rest_length
+
+
+def _passive(points: TimingPoints, diagram: Diagram, model: PassiveModel, args: FitArguments) -> FittedCurve:
+    fit = _fitted(points, args.bootstrap, "families")
+    families = ", ".join(fit.groups)
+    data = {
+        "robot": model.name,
+        "leg_length": _leg_length(model),
+        "slip_parameters": asdict(model.parameters),
+        "identified": asdict(args.target) if args.identify else None,
+        "families": list(fit.groups),
+        "orbits": fit.points,
+        "speed": "mean over a stride",
+        "selection": asdict(args.select),
+        "branches": {
+            branch["name"]: f"{branch['orbits']} orbits, {branch['stable']} stable, "
+            f"dx {branch['dx_min']:.3g} to {branch['dx_max']:.3g}"
+            for branch in branch_table(diagram)
+        },
+        "not_found": dict(diagram.missing),
+    }
+    caveat = ""
+    if args.identify:
+        whose = "" if model.parameters.front_hind_symmetric else " of the symmetric twin"
+        caveat = (
+            f"k and ks were chosen so that the pronk{whose} at rest has T* {args.target.period_star:g} and duty factor "
+            f"{args.target.duty:g}: the intercepts come from these targets, only the decay is the model's"
+        )
+    return FittedCurve(fit, data, f"{fit.points} orbits of {families}; model of {model.name}", caveat)
+
+
+def _chosen(table: Path, model: PassiveModel, config: ChoiceConfig) -> Choice:
+    own = _leg_length(model)
+    length = own or GO2.leg_length
+    choice = choose(trials.read(table), length, config)
+    if own is not None and abs(choice.leg_length - own) > 1e-6:
+        allowed = f"that of {model.name}, {length:g} m, for which the curves are made"
+        raise InvalidValue(f"{table}: leg_length", choice.leg_length, allowed)
+    return choice
+
+
+def _calibrated(choice: Choice, args: FitArguments) -> FittedCurve:
+    fit = _fitted(choice.points, args.bootstrap, "gaits")
+    for name, count in (("T", choice.period_at_edge), ("beta", choice.duty_at_edge)):
+        if count:
+            _log.warning(
+                "In %d of %d cases the cheapest %s is the smallest or largest that was tried: there the sweep's range "
+                "has chosen, not the cost.", count, fit.points, name,
+            )  # fmt: skip
+    data = {"table": str(args.trials), **asdict(args.choice), **choice.as_dict()}
+    summary = f"{fit.points} cases of gait and speed out of {choice.trials} trials in {Path(str(args.trials)).name}"
+    caveat = "The policy had been trained with a curve, too, and is at its best near that one"
+    return FittedCurve(fit, data, summary, caveat)
+
+
+def _fitted(points: TimingPoints, bootstrap: int, what: str) -> CurveFit:
+    groups = len(set(points.group))
+    if bootstrap and groups < FEWEST_GROUPS:
+        _log.warning("No bootstrap over %d %s: intervals are from the covariance.", groups, what)
+        bootstrap = 0
+    return fit_curves(points, bootstrap)
