@@ -19,11 +19,16 @@ from slip.passive_points import PassiveOrbits, Selection
 from symdyn.errors import InvalidValue, SymdynError
 
 
+def traced(largest: float) -> PassiveOrbits:
+    """The reference pronk up to v* = 1, in steps of at most this length."""
+    steps = StepConfig(max_speed=1.02, largest=largest)
+    return PassiveOrbits.of(explore(REFERENCE, ExploreConfig(steps=steps, trot=False, highest_hop=0.2)).branches)
+
+
 @pytest.fixture(scope="module")
 def pronk() -> PassiveOrbits:
-    """The reference pronk up to v* = 1, finely traced."""
-    steps = StepConfig(max_speed=1.02, largest=0.05)
-    return PassiveOrbits.of(explore(REFERENCE, ExploreConfig(steps=steps, trot=False, highest_hop=0.2)).branches)
+    """Finely traced."""
+    return traced(0.05)
 
 
 def orbits(**change: Any) -> PassiveOrbits:
@@ -48,10 +53,8 @@ def test_the_reference_pronk_gives_the_constants_that_are_known(pronk: PassiveOr
 
 
 def test_a_finer_trace_does_not_change_the_curve(pronk: PassiveOrbits) -> None:
-    points, coarse = pronk.select(), pronk.select().take(np.arange(0, len(pronk.select()), 3))
-    steps = StepConfig(max_speed=1.02, largest=0.2)
-    rough = PassiveOrbits.of(explore(REFERENCE, ExploreConfig(steps=steps, trot=False, highest_hop=0.2)).branches).select()
-    assert len(rough) < 0.6 * len(points) and len(coarse) < len(points)
+    points, rough = pronk.select(), traced(0.2).select()
+    assert len(rough) < 0.6 * len(points)
     fine, found = fit_curves(points), fit_curves(rough)
     assert found.period.c.value == pytest.approx(fine.period.c.value, abs=0.003)
     assert found.duty.c.value == pytest.approx(fine.duty.c.value, abs=0.006)

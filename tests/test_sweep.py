@@ -16,6 +16,7 @@ import rl.sweep
 from rl.sweep import CSV_TABLE, JSON_TABLE, SweepConfig, sweep
 from symdyn import trials
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
+from symdyn.observation import OBSERVATION
 from symdyn.policy import Policy
 from symdyn.timing import TimingCurve
 
@@ -64,6 +65,14 @@ def test_the_clock_really_runs_at_the_varied_period(finished: Path) -> None:
     # a robot that sways to its clock spends otherwise when the clock runs otherwise
     costs = {row.T: row.cost_of_transport for row in trials.read(finished / CSV_TABLE)}
     assert len(set(costs.values())) == len(costs) > 1
+
+
+def test_a_policy_under_other_curves_acts_alike(policy_file: Path) -> None:
+    policy, curve = Policy.load(policy_file), TimingCurve(a_T=2.0, source="another")
+    other = policy.with_timing(curve)
+    assert (other.timing, policy.timing) == (curve, TimingCurve())
+    obs = np.random.default_rng(0).normal(size=(3, OBSERVATION.size))
+    np.testing.assert_array_equal(other.act(obs), policy.act(obs))
 
 
 def test_both_tables_hold_the_same_and_the_json_says_how(finished: Path, policy_file: Path) -> None:
