@@ -215,13 +215,14 @@ class _Scene:
     def _texts(self, name: str, units: Units | None) -> None:
         speed = units.speed if units else 1.0
         unit = "m/s" if units else r"$\sqrt{gD}$"
-        title = f"{name}, mean speed {self.orbit.mean_speed * speed:.3g} {unit}"
-        self.figure.text(0.02, 0.975, title, fontsize=14, va="top", fontweight="bold")
+        self.figure.text(0.02, 0.975, name, fontsize=14, va="top", fontweight="bold")
         self.figure.text(0.98, 0.975, slowed(self.orbit, self.config, units), fontsize=11, va="top", ha="right")
-        arrow = f"arrow: ground reaction force, longest {self.strongest * (units.force if units else 1.0):.3g} "
-        arrow += "N" if units else "$Mg$"
-        note = (arrow if self.config.forces else "") + ("" if units else "    $D$: torso, hind hip to front hip")
-        self.figure.text(0.02, 0.905, note, fontsize=9, va="top", color="0.35")
+        note = f"mean speed {self.orbit.mean_speed * speed:.3g} {unit}"
+        if self.config.forces:
+            force = self.strongest * (units.force if units else 1.0)
+            note += f"    longest arrow: ground reaction force of {force:.3g} " + ("N" if units else "$Mg$")
+        note += "" if units else "    $D$: torso, hind hip to front hip"
+        self.figure.text(0.02, 0.905, note, fontsize=9, va="top", color="0.3")
 
     def draw(self, path: Trajectory, moment: int, stride: int) -> Frame:
         """The picture at a sample of the stride's path, ``stride`` strides later."""

@@ -9,6 +9,7 @@ import hashlib
 import json
 import logging
 import os
+import re
 from collections.abc import Callable
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -20,11 +21,7 @@ from slip.parameters import SlipParameters
 from slip.store import load, save
 from symdyn.errors import FileProblem
 
-SOLVER = (
-    "branch", "continuation", "equations", "families", "floquet", "integrate", "junction", "kernel", "naming", "newton",
-    "orbit", "parameters", "rest", "search", "simulate", "stride", "subspace", "unknowns", "validity",
-)  # fmt: skip
-"""Modules of slip that decide what is found: all that slip.families imports."""
+_IMPORT = re.compile(r"^\s*(?:from|import) slip(?:\.| import )(\w+)", re.MULTILINE)
 
 Report = Callable[[str, int], None]
 
@@ -86,6 +83,17 @@ def _solver() -> str:
     except PackageNotFoundError:
         release = "unknown"
     digest = hashlib.sha256(release.encode())
-    for module in SOLVER:
+    for module in solver_modules():
         digest.update((Path(__file__).parent / f"{module}.py").read_bytes())
     return digest.hexdigest()
+
+
+def solver_modules() -> list[str]:
+    """Modules of slip that decide what is found: slip.families and all that it imports, sorted."""
+    found, queue = set(), ["families"]
+    while queue:
+        module = queue.pop()
+        if module not in found:
+            found.add(module)
+            queue += _IMPORT.findall((Path(__file__).parent / f"{module}.py").read_text(encoding="utf-8"))
+    return sorted(found)

@@ -146,7 +146,7 @@ def described(parameters: SlipParameters) -> str:
         ("kr", parameters.stiffness_ratio, 1.0),
         ("resting angle", parameters.resting_angle, 0.0),
     ):
-        if value != neutral:
+        if f"{value:.4g}" != f"{neutral:.4g}":
             text += f", {symbol} = {value:.4g}"
     return text
 

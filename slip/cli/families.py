@@ -27,6 +27,7 @@ from symdyn.files import writable_directory
 from symdyn.plots import save
 
 FIGURE = "families.png"
+_NOTHING = 5e-10
 _BARE: dict[str, object] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "pad_edge": False, "show_edge": False}
 
 
@@ -65,9 +66,18 @@ def run(arguments: Sequence[str]) -> int:
     title = f"Gait families of the quadrupedal SLIP: {model.name} ({described(model.parameters)})"
     save(branch_diagram(diagram, title, model.units), args.out / FIGURE)
     show(console, diagram, model)
-    console.print(f"\nWrote families.npz, families.json and {FIGURE} into {args.out}. One gait:")
-    console.print(f"  symdyn orbit --family BG --speed 5{'' if model.units is None else ' --robot NAME'}", markup=False)
+    console.print(f"\nWrote families.npz, families.json and {FIGURE} into {args.out}. One gait, of the same model:")
+    console.print(f"  symdyn orbit {_example(diagram, model, args.model.robot)}", markup=False)
     return 0
+
+
+def _example(diagram: Diagram, model: PassiveModel, robot: str | None) -> str:
+    """Arguments that show a gait of the diagram."""
+    longest = max(diagram.branches, key=len)
+    middle = float(np.median(longest.speeds)) * (model.units.speed if model.units else 1.0)
+    flags = f" --robot {robot}" if robot else ""
+    flags += "" if model.name in ("reference", robot) else " ..."
+    return f"--family {longest.family} --speed {middle:.3g}{flags}"
 
 
 def _config(args: FamiliesArguments, model: PassiveModel) -> ExploreConfig:
@@ -100,18 +110,25 @@ def show(console: Console, diagram: Diagram, model: PassiveModel) -> None:
     console.print(
         "checked to: largest difference over a stride to an independent integrator that detects its events.\n"
     )
-    junctions = Table("from", "to", "parts", **_BARE)  # type: ignore[arg-type]
-    for heading in (f"speed [{symbol}]", "T [sqrt(D/g)]", "dphi [sqrt(g/D)]"):
-        junctions.add_column(heading, justify="right", no_wrap=True)
+    if diagram.junctions:
+        console.print(_junction_table(diagram, scale, symbol))
+        console.print("parts: the pair of legs that move together before and apart after. D: torso length.")
+    else:
+        console.print("There are no junctions.")
+    for why in dict.fromkeys(diagram.missing.values()):
+        names = ", ".join(family for family, other in diagram.missing.items() if other == why)
+        console.print(f"Not found: {names}: {why}.")
+
+
+def _junction_table(diagram: Diagram, scale: float, symbol: str) -> Table:
+    table = Table("from", "to", "parts", **_BARE)  # type: ignore[arg-type]
+    for heading in (f"speed, {symbol}", "T, sqrt(D/g)", "dphi, sqrt(g/D)"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for junction in diagram.junctions:
-        numbers = junction.dx * scale + 0.0, junction.T, junction.dphi
-        junctions.add_row(
-            junction.on, junction.to, junction.pair, *(f"{0.0 if abs(x) < 5e-10 else x:.6f}" for x in numbers)
-        )
-    console.print(junctions)
-    console.print("parts: the pair of legs that move together before and apart after. D: torso length.")
-    for family, why in diagram.missing.items():
-        console.print(f"Not found: {family} ({FAMILIES[family]}): {why}.")
+        numbers = (junction.dx * scale, junction.T, junction.dphi)
+        text = (f"{0.0 if abs(x) < _NOTHING else x:.6f}" for x in numbers)
+        table.add_row(junction.on, junction.to, junction.pair, *text)
+    return table
 
 
 def _checked(branch: Branch) -> str:

@@ -41,7 +41,7 @@ class OrbitArguments:
     Writes orbit.json (everything), orbit.png (footfalls, forces, trajectories, phase plots) and an animation.
 
     Attributes:
-        family: PK, BG, BE, FG, FE, HG, HE, GG, GE, TR or PC, as symdyn families lists them.
+        family: PK, BG, BE, FG, FE, HG, HE, GG, GE, TR or PC, or a branch such as HG2: what symdyn families lists.
         speed: forward speed at the apex, in sqrt(g torso length); in m/s for a robot.
         model: the spring-loaded model.
         which: of several gaits of the family at this speed.
@@ -66,7 +66,8 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(OrbitArguments, args=list(arguments), prog="symdyn orbit")
     if not math.isfinite(args.speed):
         raise InvalidValue("--speed", args.speed, "a finite number")
-    if args.family not in FAMILIES:
+    family = args.family.rstrip("0123456789")
+    if family not in FAMILIES:
         raise UnknownName("family", args.family, FAMILIES)
     model = args.model.load()
     console = make_console()
@@ -80,13 +81,13 @@ def run(arguments: Sequence[str]) -> int:
         )
     writable_directory(args.out)
     report = OrbitReport.of(orbits[args.which - 1], args.family, model.units)
-    title = f"{args.family}, {FAMILIES[args.family]}"
+    title = f"{args.family}, {FAMILIES[family]}"
     write_json(args.out / NUMBERS, {"model": model.name, **report.as_dict()})
     save(orbit_figure(report.orbit, title, report.check_in_words, model.units), args.out / FIGURE)
     written = [NUMBERS, FIGURE]
     if args.animate != "none":
         written.append(f"{ANIMATION}.{args.animate}")
-        _animate(console, report, args.out / written[-1], f"{args.family}: {FAMILIES[args.family]}", args)
+        _animate(console, report, args.out / written[-1], f"{args.family}: {FAMILIES[family]}", args)
     show(console, report, f"{title}; model: {model.name}")
     if len(orbits) > 1:
         others = ", ".join(f"{i + 1} (T {orbit.period:.5g})" for i, orbit in enumerate(orbits))

@@ -95,6 +95,15 @@ class TestOrbit:
         assert "another lead" in out
         assert "no gait" in out
 
+    def test_one_branch_of_a_family(self, families, tmp_path):
+        second = next((branch for branch in load(families).branches if branch.name == "HG2"), None)
+        if second is None:
+            pytest.skip("this family has one branch")
+        speed = float(np.median(second.speeds))
+        code, out, err = symdyn("orbit", "--family", "HG2", "--speed", speed, "--out", tmp_path, "--animate", "none")
+        assert code == 0, err
+        assert out.startswith("HG2, half-bound")
+
     @pytest.mark.parametrize(
         ("arguments", "said"),
         [
