@@ -67,7 +67,7 @@ GROUPS: dict[str, dict[str, Command]] = {
             "slip.cli.fit_curves",
             "slip",
             "stride period and duty factor over speed: fit to passive gaits and, apart, to a policy's trials",
-            "symdyn fit-curves --robot go2 --trials out/mine/timing_sweep.csv",
+            "symdyn fit-curves --robot go2 --trials out/mine/timing_sweep.json",
         ),
         "study": Command(
             "slip.cli.study",

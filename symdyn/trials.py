@@ -8,6 +8,7 @@ ignored. An empty cell (null in JSON) says that there is no such number: the rob
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import math
 import reprlib
@@ -108,6 +109,23 @@ def read(path: Path) -> list[Trial]:
     if not trials:
         raise FileProblem(path, "holds no trial.")
     return trials
+
+
+def provenance(path: Path) -> dict[str, Any]:
+    """Where a table that :func:`read` has read comes from: its name and digest, and the policy if it is JSON that says.
+
+    Raises:
+        FileProblem: if the file cannot be read.
+    """
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise FileProblem(path, f"cannot be read: {error.strerror or error}.") from error
+    found: dict[str, Any] = {"table": str(path), "table_sha256": digest}
+    settings = read_json(path).get("settings") if path.suffix.lower() == ".json" else None
+    if isinstance(settings, dict):
+        found |= {key: settings[key] for key in ("policy", "policy_sha256", "policy_samples") if key in settings}
+    return found
 
 
 def _cell(value: Any) -> str:

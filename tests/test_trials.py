@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,19 @@ def test_bad_json(tmp_path: Path, document: Any, said: str) -> None:
     with pytest.raises(FileProblem) as error:
         trials.read(tmp_path / "trials.json")
     assert said in str(error.value)
+
+
+def test_provenance_names_the_table_and_where_json_says_it_the_policy(tmp_path: Path) -> None:
+    path = table(tmp_path, HEAD, GOOD)
+    found = trials.provenance(path)
+    assert set(found) == {"table", "table_sha256"}
+    assert found["table_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    settings_of = {"policy": "a.onnx", "policy_sha256": "0", "sweep": {}}
+    path = tmp_path / "trials.json"
+    path.write_text(json.dumps({"format_version": 1, "settings": settings_of, "rows": [row()]}))
+    assert trials.provenance(path)["policy"] == "a.onnx" and "sweep" not in trials.provenance(path)
+    with pytest.raises(FileProblem, match="cannot be read"):
+        trials.provenance(tmp_path / "none.csv")
 
 
 def test_no_table(tmp_path: Path) -> None:

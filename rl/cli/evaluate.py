@@ -54,8 +54,8 @@ def run(arguments: Sequence[str]) -> int:
     out = args.out or Path("out") / args.policy.stem
     if args.sweep_timing:
         table = sweep_timing(args.policy, args.sweep, out, console)
-        console.print(f"Wrote {table}, with settings and units in {table.with_suffix('.json').name} beside it. Next:")
-        console.print(f"  symdyn fit-curves --trials {table}")
+        console.print(f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
+        console.print(f"  symdyn fit-curves --trials {table.with_suffix('.json')}")
         return 0
     written = judge(args.policy, args.suite, out, console)
     console.print(f"Wrote {written}, with metrics.json and figures beside it.")

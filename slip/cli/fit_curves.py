@@ -84,7 +84,7 @@ def run(arguments: Sequence[str]) -> int:
         raise InvalidValue("--active", args.active, "passive or paper where no --trials are given")
     model = _model(args)
     choice = None if args.trials is None else _chosen(args.trials, model, args.choice)
-    calibrated = None if choice is None or args.trials is None else _calibrated(choice, args)
+    calibrated = None if choice is None or args.trials is None else _calibrated(choice, args.trials, args)
     if args.identify:
         model = replace(model, parameters=identify(model.parameters, args.target))
     console = make_console()
@@ -165,7 +165,7 @@ def _chosen(table: Path, model: PassiveModel, config: ChoiceConfig) -> Choice:
     return choice
 
 
-def _calibrated(choice: Choice, args: FitArguments) -> FittedCurve:
+def _calibrated(choice: Choice, table: Path, args: FitArguments) -> FittedCurve:
     fit = _fitted(choice.points, args.bootstrap, "gaits")
     for name, count in (("T", choice.period_at_edge), ("beta", choice.duty_at_edge)):
         if count:
@@ -173,8 +173,8 @@ def _calibrated(choice: Choice, args: FitArguments) -> FittedCurve:
                 "In %d of %d cases the cheapest %s is the smallest or largest that was tried: there the sweep's range "
                 "has chosen, not the cost.", count, fit.points, name,
             )  # fmt: skip
-    data = {"table": str(args.trials), **asdict(args.choice), **choice.as_dict()}
-    summary = f"{fit.points} cases of gait and speed out of {choice.trials} trials in {Path(str(args.trials)).name}"
+    data = {**trials.provenance(table), **asdict(args.choice), **choice.as_dict()}
+    summary = f"{fit.points} cases of gait and speed out of {choice.trials} trials in {table.name}"
     caveat = "The policy had been trained with a curve, too, and is at its best near that one"
     return FittedCurve(fit, data, summary, caveat)
 
