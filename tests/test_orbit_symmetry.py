@@ -10,6 +10,7 @@ from slip_orbits import FAMILIES, hop, orbit
 from slip.orbit import Orbit, residual
 from slip.orbit_symmetry import GROUP, OrbitElement, compare, image, orbit_symmetry, state_at
 from slip.parameters import REFERENCE
+from slip.solve import solve_orbit
 from slip.trajectory import sample
 from slip.unknowns import COUNT, EVENTS, STATES, UNKNOWN_NAMES, wrapped
 from symdyn.symmetry import G_R, G_S, G_T, SpatioTemporal
@@ -168,6 +169,18 @@ class TestOrbits:
         found = {one.element.name: one for one in orbit_symmetry(Orbit(orbit("BG").unknowns, lopsided)).images}
         assert found["h"].keeps_model
         assert not found["m"].keeps_model
+
+    def test_a_bound_of_an_asymmetric_model_is_not_reversible(self):
+        lopsided = replace(REFERENCE, hind_distance=0.49)
+        bound = solve_orbit(orbit("BG").unknowns, lopsided, pairs=("hind", "front"))
+        found = orbit_symmetry(bound)
+        assert set(found.group) == {"e", "h", "f", "hf"}
+        assert not found.reversible
+        assert found.touchdown_jump > 1e-3
+        # of the mirrored model its mirror image is an orbit
+        mirror = NAMED["m"]
+        there = residual(mirror.on_unknowns(bound.unknowns), mirror.on_parameters(lopsided))
+        assert np.abs(there).max() < 1e-9
 
 
 class TestSameGait:
