@@ -18,7 +18,7 @@ from platform import processor, python_version  # noqa: E402
 import tyro  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-from benchmarks import environment, startup, training  # noqa: E402
+from benchmarks import environment, slip, startup, training  # noqa: E402
 from benchmarks.result import Result  # noqa: E402
 from symdyn.console import make_console  # noqa: E402
 from symdyn.files import write_json  # noqa: E402
@@ -27,6 +27,7 @@ PARTS: dict[str, Callable[[], list[Result]]] = {
     "environment": environment.measure,
     "training": training.measure,
     "startup": startup.measure,
+    "slip": slip.measure,
 }
 
 

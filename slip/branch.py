@@ -36,6 +36,12 @@ FAMILIES = {
 """Names of the families (Ding & Gan 2024); TR and PC are ours."""
 
 
+def pairs_of(family: str) -> tuple[str, ...]:
+    """Pairs of legs, ``hind`` and ``front``, that move together in a family."""
+    both, hind, front = ("hind", "front"), ("hind",), ("front",)
+    return {"PK": both, "B": both, "F": hind, "H": front}.get(family.rstrip("GE"), ())
+
+
 @dataclass(frozen=True, eq=False)
 class Branch:
     """A family, or a connected part of one: orbits in the order in which they were traced.
@@ -85,9 +91,8 @@ class Branch:
 
     @property
     def pairs(self) -> tuple[str, ...]:
-        """Pairs of legs, ``hind`` and ``front``, that move together in this family."""
-        both, hind, front = ("hind", "front"), ("hind",), ("front",)
-        return {"PK": both, "B": both, "F": hind, "H": front}.get(self.family.rstrip("GE"), ())
+        """Pairs of legs that move together: :func:`pairs_of` the family."""
+        return pairs_of(self.family)
 
     @property
     def speeds(self) -> Vector:

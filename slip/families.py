@@ -3,7 +3,7 @@
 The pronk in place is known in closed form. Walking along it in height, the tracer meets the junction where the moving
 pronk begins; along the pronk, the one where bounds begin; along bounds, half-bounds; along half-bounds, gallops. Trot
 and pace begin at hopping on two legs. A torso that is not symmetric has no pronk: its families are reached by changing
-the parameters of a symmetric one step by step.
+the parameters of a symmetric one step by step. So are families that no junction leads to, from the reference set.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slip.branch import FAMILIES, Branch, Diagram, Junction
+from slip.branch import FAMILIES, Branch, Diagram, Junction, pairs_of
 from slip.continuation import MERGES
 from slip.junction import Crossing, crossings
 from slip.naming import family_of
 from slip.newton import NoConvergence, correct
 from slip.orbit import Orbit
-from slip.parameters import SlipParameters
+from slip.parameters import REFERENCE, SlipParameters
 from slip.rest import pronk_in_place, trot_in_place
 from slip.search import LEAST_ORBITS, SAME, ExploreConfig, Report, Search, Start
+from slip.seeds import seeds
 from slip.simulate import disagreement
 from slip.subspace import Subspace, subspace
 from slip.unknowns import COUNT, DX, Y, pair_swap
@@ -32,6 +33,8 @@ Vector = NDArray[np.float64]
 EXPECTED = ("PK", "BG", "BE", "FG", "FE", "HG", "HE", "GG", "GE", "TR", "PC")
 """Families that are looked for."""
 
+_LARGEST_CHANGE = 0.3
+_SMALLEST_SHARE = 1e-3
 _MOVES = 0.02
 """Share of dx in the direction of a junction from which on the new branch counts as moving."""
 
@@ -57,9 +60,9 @@ def explore(
     search = Search(parameters, config, report)
     _moving_pronk(search)
     search.run()
+    _carried_over(search)
     if config.trot:
         _moving_trot(search)
-        search.run()
     return _diagram(search)
 
 
@@ -88,7 +91,8 @@ def _diagram(search: Search) -> Diagram:
         for branch in (search.branches[i] for i in ranked)
     ]
     junctions = [replace(j, on=names.get(j.on, j.on), to=names.get(j.to, j.to)) for j in _unique(search.junctions)]
-    return Diagram(search.parameters, tuple(branches), tuple(junctions), search.missing, search.refused)
+    missing = {family: why for family, why in search.missing.items() if family not in found}
+    return Diagram(search.parameters, tuple(branches), tuple(junctions), missing, search.refused)
 
 
 def _unique(junctions: list[Junction]) -> list[Junction]:
@@ -174,24 +178,66 @@ def _from_symmetric(parameters: SlipParameters, config: ExploreConfig, report: R
     for branch, space in zip(symmetric.branches, symmetric.spaces, strict=True):
         for index in np.unique(np.linspace(0, len(branch) - 1, 5).astype(int))[1:-1]:
             report(f"{branch.name} of the symmetric torso", search.orbits)
-            moved = _changed(space, branch.unknowns[index], twin, parameters, config.homotopy)
-            if moved is None:
+            try:
+                moved = _changed(space, branch.unknowns[index], twin, parameters, config.homotopy)
+            except NoConvergence:
                 continue
             along = branch.unknowns[min(index + 1, len(branch) - 1)] - branch.unknowns[index - 1]
             search.queue.append(Start(space, moved, along))
         search.run()
+    _carried_over(search)
     return _diagram(search)
 
 
-def _changed(
-    space: Subspace, unknowns: Vector, before: SlipParameters, after: SlipParameters, steps: int
-) -> Vector | None:
-    """An orbit of the same apex speed with other parameters, or None."""
+def _carried_over(search: Search) -> None:
+    """Look for families that no junction led to, by changing the reference parameters step by step into these."""
+    if search.parameters == REFERENCE:
+        return
+    for family, orbits in seeds().items():
+        reasons: list[str] = []
+        for orbit in orbits[: search.config.seeds]:
+            if any(branch.family == family for branch in search.branches):
+                break
+            search.report(f"{family} of the reference parameters", search.orbits)
+            space = subspace(*pairs_of(family))
+            try:
+                moved = _changed(space, orbit, REFERENCE, search.parameters, search.config.homotopy)
+            except NoConvergence as failure:
+                reasons.append(str(failure))
+                continue
+            became = family_of(moved)
+            if not became.startswith(family[0]):
+                reasons.append(f"its feet came together: it became {became}")
+                continue
+            search.queue.append(Start(space, moved, np.eye(COUNT)[DX]))
+            search.run()
+        if reasons and not any(branch.family == family for branch in search.branches):
+            search.missing[family] = (
+                f"no junction leads to it, and {len(reasons)} orbits of the reference parameters, changed step by step "
+                f"into these at constant speed, were lost: {'; '.join(dict.fromkeys(reasons))}"
+            )
+
+
+def _changed(space: Subspace, unknowns: Vector, before: SlipParameters, after: SlipParameters, steps: int) -> Vector:
+    """An orbit of the same apex speed with other parameters.
+
+    Raises:
+        NoConvergence: if it is lost on the way.
+    """
     coordinates, normal = space.coordinates(unknowns), np.eye(COUNT)[DX] @ space.basis
-    for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
-        vector = (1.0 - share) * before.vector() + share * after.vector()
+    change, share, step = np.zeros_like(coordinates), 0.0, 1.0 / steps
+    while share < 1.0:
+        new = min(1.0, share + step)
+        vector = (1.0 - new) * before.vector() + new * after.vector()
         try:
-            coordinates = correct(space, coordinates, normal, vector).coordinates
-        except NoConvergence:
-            return None
+            moved = correct(space, coordinates + change * (new - share), normal, vector).coordinates
+            if np.abs(moved - coordinates).max() > _LARGEST_CHANGE:
+                raise NoConvergence("it jumped to another branch")
+        except NoConvergence as failure:
+            step *= 0.5
+            if step < _SMALLEST_SHARE:
+                raise NoConvergence(f"{share:.0%} of the way, {failure}") from None
+            continue
+        change = (moved - coordinates) / (new - share)
+        coordinates, share, step = moved, new, min(1.0 / steps, 1.5 * step)
     return space.unknowns(coordinates)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.unknowns import DPHI, PAIRS, PERIOD, SLIP_LEGS, TOUCHDOWN
-from symdyn.legs import is_left
 
 TOGETHER = 1e-6
 """Touchdowns closer than this share of a stride count as one."""
@@ -28,6 +27,14 @@ def together(unknowns: NDArray[np.float64]) -> dict[tuple[str, str], bool]:
     return result
 
 
+def _half_a_stride_apart(unknowns: NDArray[np.float64]) -> bool:
+    """Whether left and right of both pairs touch down half a stride apart."""
+    gaps = [
+        (unknowns[TOUCHDOWN[left]] - unknowns[TOUCHDOWN[right]]) / unknowns[PERIOD] for left, right in PAIRS.values()
+    ]
+    return all(abs(abs(gap - np.round(gap)) - 0.5) < TOGETHER for gap in gaps)
+
+
 def family_of(unknowns: NDArray[np.float64], pairs: Collection[str] | None = None) -> str:
     """Family of slip.branch.FAMILIES (Ding & Gan 2024, and trot TR and pace PC).
 
@@ -42,9 +49,10 @@ def family_of(unknowns: NDArray[np.float64], pairs: Collection[str] | None = Non
     if hind and front and same["LH", "LF"]:
         return "PK"
     if not hind and not front:
-        if same["LH", "RF"] and same["RH", "LF"]:
+        half = _half_a_stride_apart(unknowns)
+        if half and same["LH", "RF"] and same["RH", "LF"]:
             return "TR"
-        if all(same[a, b] for a in SLIP_LEGS for b in SLIP_LEGS if is_left(a) == is_left(b)):
+        if half and same["LH", "LF"] and same["RH", "RF"]:
             return "PC"
     kind = {(True, True): "B", (True, False): "F", (False, True): "H", (False, False): "G"}[hind, front]
     if abs(unknowns[DPHI]) < STILL:

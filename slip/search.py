@@ -46,7 +46,8 @@ class ExploreConfig:
         trot: whether to look for trot and pace, too.
         highest_hop: apex height above the rest length up to which hopping in place is searched [torso length].
         most_branches: after so many the search ends.
-        homotopy: steps from a symmetric torso to one that is not.
+        homotopy: steps from one set of parameters to another, at least.
+        seeds: orbits of the reference parameters to carry over for every family that no junction leads to.
     """
 
     steps: StepConfig = field(default_factory=StepConfig)
@@ -54,10 +55,13 @@ class ExploreConfig:
     highest_hop: float = 1.0
     most_branches: int = 30
     homotopy: int = 8
+    seeds: int = 3
 
     def __post_init__(self) -> None:
         if not self.highest_hop > 0.0:
             raise InvalidValue("highest_hop", self.highest_hop, "> 0")
+        if self.seeds < 0:
+            raise InvalidValue("seeds", self.seeds, "at least 0")
         for name in ("most_branches", "homotopy"):
             if getattr(self, name) < 1:
                 raise InvalidValue(name, getattr(self, name), "at least 1")

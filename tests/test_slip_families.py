@@ -16,9 +16,11 @@ from slip.continuation import StepConfig
 from slip.families import explore
 from slip.floquet import multipliers, return_map
 from slip.naming import family_of
+from slip.orbit import Orbit
 from slip.parameters import REFERENCE, SlipParameters
 from slip.rest import fall_and_stance
 from slip.search import ExploreConfig
+from slip.seeds import seeds
 from slip.simulate import disagreement, simulate
 from slip.solve import Held, NoOrbit, orbits_at, solve_orbit
 from slip.store import SUMMARY, load, save
@@ -116,7 +118,7 @@ def test_the_moving_pronk_begins_where_the_legs_swing_in_time_with_the_hop() -> 
     fall, stance = fall_and_stance(4.0 * REFERENCE.stiffness, brentq(angle_at_apex, 0.08, 0.2, xtol=1e-14))
     (junction,) = (j for j in diagram().junctions if j.on == "PK in place")
     assert junction.dx == pytest.approx(0.0, abs=1e-9)
-    assert pytest.approx(2.0 * fall + stance, abs=1e-8) == junction.T
+    assert pytest.approx(2.0 * fall + stance, abs=1e-7) == junction.T
 
 
 def test_symmetry_classes_of_the_footfalls() -> None:
@@ -185,7 +187,9 @@ def test_solving_from_a_bad_guess_says_why() -> None:
 
 def test_a_trot_exists_where_legs_swing_slowly_and_springs_are_stiff() -> None:
     steps = StepConfig(most=12)
-    slow = explore(SlipParameters(stiffness=20.0, swing_stiffness=5.0), ExploreConfig(steps=steps, highest_hop=0.3))
+    slow = explore(
+        SlipParameters(stiffness=20.0, swing_stiffness=5.0), ExploreConfig(steps=steps, highest_hop=0.3, seeds=0)
+    )
     assert {"TR", "PC"} <= set(slow.names)
     trot, pace = slow.family("TR")[0], slow.family("PC")[0]
     assert len(classify(trot.orbit(5).gait()).group[0]) == 2
@@ -204,12 +208,34 @@ def test_a_family_that_does_not_exist_is_named_with_the_reason() -> None:
 
 def test_a_torso_that_is_not_symmetric() -> None:
     p = dataclasses.replace(REFERENCE, hind_distance=0.49)
-    found = explore(p, ExploreConfig(steps=StepConfig(most=40, max_speed=4.0), trot=False))
+    found = explore(p, ExploreConfig(steps=StepConfig(most=40, max_speed=4.0), trot=False, seeds=0))
     assert "PK" in found.missing
     assert {b.family for b in found.branches} & {"BG", "BE"}
     for along in found.branches:
         assert along.confirmed.max() < 1e-8
         assert along.orbit(0).residual_norm < 1e-10
+
+
+@pytest.mark.parametrize("family", sorted(seeds()))
+def test_seeds_are_orbits_of_the_reference_parameters(family: str) -> None:
+    for unknowns in seeds()[family]:
+        orbit = Orbit(unknowns, REFERENCE)
+        assert orbit.residual_norm < 1e-10
+        assert family_of(unknowns) == family
+        assert disagreement(orbit) < 1e-8
+
+
+def test_families_that_no_junction_leads_to_are_carried_over() -> None:
+    """A light torso bounds, though its pronk has no junction with a bound."""
+    light = SlipParameters(stiffness=5.084, swing_stiffness=43.44, pitch_inertia=0.2179, rest_length=1.0341)
+    found = explore(light, ExploreConfig(steps=StepConfig(most=8), trot=False, highest_hop=0.2, seeds=1))
+    assert "PK" in found.names
+    assert {b.family for b in found.branches} & {"BG", "BE"}
+    assert not set(found.names) & set(found.missing)
+    for along in found.branches:
+        assert along.orbit(0).residual_norm < 1e-10
+        assert along.confirmed.max() < 1e-8
+    assert all("lost" in why for why in found.missing.values())
 
 
 def test_stored_and_loaded(tmp_path: Path) -> None:
