@@ -19,12 +19,12 @@ from rl import checkpoint as checkpoints
 from rl import config_file, run_dir
 from rl.config import TrainConfig
 from rl.equivariant import EquivariantMLP, mirror_of_actions, mirror_of_groups
-from rl.origin import commit
 from symdyn.errors import FileProblem
 from symdyn.files import read_json, write_with
 from symdyn.gaits import get
 from symdyn.legs import JOINTS
 from symdyn.observation import OBSERVATION
+from symdyn.origin import commit
 from symdyn.policy import INPUT, METADATA_KEY, OUTPUT, Policy, PolicyMetadata
 from symdyn.robot import GO2, Robot
 from symdyn.timing import GRAVITY

@@ -8,6 +8,7 @@ the parameters of a symmetric one step by step. So are families that no junction
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.branch import FAMILIES, Branch, Diagram, Junction, pairs_of
-from slip.continuation import MERGES
+from slip.continuation import MERGES, point
 from slip.junction import Crossing, crossings
 from slip.naming import family_of
 from slip.newton import NoConvergence, correct
@@ -25,6 +26,7 @@ from slip.rest import pronk_in_place, trot_in_place
 from slip.search import LEAST_ORBITS, SAME, ExploreConfig, Report, Search, Start
 from slip.seeds import seeds
 from slip.simulate import disagreement
+from slip.stride import integrate_stride
 from slip.subspace import Subspace, subspace
 from slip.unknowns import COUNT, DX, Y, pair_swap
 
@@ -33,6 +35,8 @@ Vector = NDArray[np.float64]
 EXPECTED = ("PK", "BG", "BE", "FG", "FE", "HG", "HE", "GG", "GE", "TR", "PC")
 """Families that are looked for."""
 
+_HOPS = 200
+"""Heights at which hopping in place is looked at."""
 _LARGEST_CHANGE = 0.3
 _SMALLEST_SHARE = 1e-3
 _MOVES = 0.02
@@ -105,15 +109,17 @@ def _unique(junctions: list[Junction]) -> list[Junction]:
     return result
 
 
-def _in_place(search: Search, space: Subspace, unknowns: Vector) -> list[Crossing]:
-    """Junctions along hopping in place that lead to a branch that moves, the lowest hop first."""
-    steps = replace(search.config.steps, largest=0.03, most=400)
-    highest = search.parameters.rest_length + search.config.highest_hop
+def _in_place(
+    search: Search, space: Subspace, hop: Callable[[SlipParameters, float], Vector], lowest: float
+) -> list[Crossing]:
+    """Junctions along hopping in place, which is known in closed form, with a branch that moves; the lowest first."""
+    upwards = space.coordinates(np.eye(COUNT)[Y])
+    points = []
+    for height in np.geomspace(lowest, search.config.highest_hop, _HOPS) * search.parameters.rest_length:
+        unknowns = hop(search.parameters, height)
+        points.append(point(space, integrate_stride(unknowns, search.vector), unknowns, upwards))
     found: list[Crossing] = []
-    walked = search.walk(space, unknowns, np.eye(COUNT)[Y], steps)
-    for before, after in pairwise(walked.points):
-        if after.unknowns[Y] > highest:
-            break
+    for before, after in pairwise(points):
         for crossing in crossings(space, before, after, search.vector):
             direction = crossing.directions.get("even")
             if direction is not None and abs(direction[DX]) > _MOVES:
@@ -124,8 +130,7 @@ def _in_place(search: Search, space: Subspace, unknowns: Vector) -> list[Crossin
 def _moving_pronk(search: Search) -> None:
     space = subspace("hind", "front")
     search.report("hopping in place", 0)
-    lowest = 0.02 * search.parameters.rest_length
-    for crossing in _in_place(search, space, pronk_in_place(search.parameters, lowest)):
+    for crossing in _in_place(search, space, pronk_in_place, 0.02):
         walked = search.walk(space, crossing.unknowns, crossing.directions["even"])
         if len(walked.points) < LEAST_ORBITS:
             search.refuse("PK", walked)
@@ -140,9 +145,8 @@ def _moving_pronk(search: Search) -> None:
 def _moving_trot(search: Search) -> None:
     space = subspace()
     search.report("hopping in place on two legs", search.orbits)
-    lowest = 0.001 * search.parameters.rest_length
     swap = list(pair_swap("front"))
-    for crossing in _in_place(search, space, trot_in_place(search.parameters, lowest)):
+    for crossing in _in_place(search, space, trot_in_place, 0.001):
         walked = search.walk(space, crossing.unknowns, crossing.directions["even"])
         if len(walked.points) < LEAST_ORBITS or family_of(walked.points[0].unknowns) != "TR":
             search.refuse("TR", walked)
@@ -174,6 +178,9 @@ def _from_symmetric(parameters: SlipParameters, config: ExploreConfig, report: R
     if config.trot:
         _moving_trot(symmetric)
     search = Search(parameters, config, report)
+    for family in ("TR", "PC"):
+        if family in symmetric.missing:
+            search.missing[family] = f"with a symmetric torso, {symmetric.missing[family]}"
     search.missing["PK"] = "a torso that is not symmetric cannot pronk: see B, whose feet part only a little there"
     for branch, space in zip(symmetric.branches, symmetric.spaces, strict=True):
         for index in np.unique(np.linspace(0, len(branch) - 1, 5).astype(int))[1:-1]:
@@ -207,14 +214,14 @@ def _carried_over(search: Search) -> None:
                 continue
             became = family_of(moved)
             if not became.startswith(family[0]):
-                reasons.append(f"its feet came together: it became {became}")
+                reasons.append(f"became {became}")
                 continue
             search.queue.append(Start(space, moved, np.eye(COUNT)[DX]))
             search.run()
         if reasons and not any(branch.family == family for branch in search.branches):
             search.missing[family] = (
                 f"no junction leads to it, and {len(reasons)} orbits of the reference parameters, changed step by step "
-                f"into these at constant speed, were lost: {'; '.join(dict.fromkeys(reasons))}"
+                f"into these at constant speed, were lost ({'; '.join(dict.fromkeys(reasons))})"
             )
 
 

@@ -12,7 +12,7 @@ from slip.parameters import SlipParameters
 from slip.passive_points import PassiveOrbits
 from slip.units import unstarred
 
-TRACER = 1
+TRACER = 2
 """Counts changes of the tracer that change its results: what an earlier one found is not taken for today's."""
 
 WORK = "families of passive gaits (slip.families.explore)"

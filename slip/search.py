@@ -44,7 +44,7 @@ class ExploreConfig:
     Attributes:
         steps: of the continuation.
         trot: whether to look for trot and pace, too.
-        highest_hop: apex height above the rest length up to which hopping in place is searched [torso length].
+        highest_hop: apex height above the rest length up to which hopping in place is searched [rest length].
         most_branches: after so many the search ends.
         homotopy: steps from one set of parameters to another, at least.
         seeds: orbits of the reference parameters to carry over for every family that no junction leads to.
@@ -100,7 +100,7 @@ class Search:
         while self.queue and len(self.branches) < self.config.most_branches:
             self.follow(self.queue.popleft())
 
-    def walk(self, space: Subspace, unknowns: Vector, direction: Vector, steps: StepConfig | None = None) -> Trace:
+    def walk(self, space: Subspace, unknowns: Vector, direction: Vector) -> Trace:
         count = self.orbits
 
         def tell(point: Point) -> None:
@@ -108,8 +108,8 @@ class Search:
             count += 1
             self.report(family_of(point.unknowns, space.pairs), count)
 
-        walked = trace(space, unknowns, space.coordinates(direction), self.vector, steps or self.config.steps, tell)
-        return walked if steps else self.confirmed(space, walked)
+        walked = trace(space, unknowns, space.coordinates(direction), self.vector, self.config.steps, tell)
+        return self.confirmed(space, walked)
 
     def confirmed(self, space: Subspace, walked: Trace) -> Trace:
         """The trace up to the first orbit that the independent simulation does not confirm, with its turning points."""

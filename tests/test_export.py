@@ -22,11 +22,11 @@ from tensordict import TensorDict
 from rl import checkpoint, config_file, export, run_dir
 from rl.config import preset
 from rl.export import export_policy
-from rl.origin import commit
 from rl.trainer import Trainer
 from symdyn.errors import FileProblem
 from symdyn.gaits import PAPER_GAITS, get
 from symdyn.observation import OBSERVATION
+from symdyn.origin import commit
 from symdyn.policy import METADATA_KEY, Policy
 from symdyn.robot import GO2
 from symdyn.timing import GRAVITY, TimingCurve

@@ -18,12 +18,12 @@ from rich.console import Console  # noqa: E402
 
 from rl import checkpoint, config_file, run_dir  # noqa: E402
 from rl.config import TrainConfig, preset  # noqa: E402
-from rl.origin import commit  # noqa: E402
 from rl.trainer import Trainer  # noqa: E402
 from rl.training_display import TrainingDisplay  # noqa: E402
 from symdyn.cli import INTERRUPTED  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
+from symdyn.origin import commit  # noqa: E402
 
 
 @dataclass(frozen=True)
