@@ -23,6 +23,7 @@ class CommandConfig:
     Attributes:
         gaits: names from the library.
         choose: ``class`` draws a symmetry class first and then one of its gaits; ``gait`` draws a gait.
+        weights: how much oftener than by that each gait is drawn, in the order of ``gaits``; empty for all alike.
         offset_noise: half-width of the uniform noise on each offset, strides.
         noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
             False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
@@ -40,6 +41,7 @@ class CommandConfig:
 
     gaits: tuple[str, ...] = PAPER_GAITS
     choose: Literal["class", "gait"] = "gait"
+    weights: tuple[float, ...] = ()
     offset_noise: float = 0.02
     noise_keeps_class: bool = False
     velocity_x: tuple[float, float] = (-2.0, 2.0)
@@ -57,6 +59,10 @@ class CommandConfig:
             raise InvalidValue("The list of gaits to train", self.gaits, "at least one name")
         for name in self.gaits:
             get(name)
+        if self.weights and not (
+            len(self.weights) == len(self.gaits) and all(0.0 < weight < NEVER for weight in self.weights)
+        ):
+            raise InvalidValue("weights", self.weights, f"{len(self.gaits)} numbers > 0, one a gait")
         if not 0.0 <= self.offset_noise < 0.5:
             raise InvalidValue("offset_noise", self.offset_noise, "in [0, 0.5)")
         if self.forward_share is not None:
@@ -100,11 +106,11 @@ class GaitSampler:
 
 
 def _probabilities(config: CommandConfig) -> list[float]:
-    if config.choose == "gait":
-        return [1.0 / len(config.gaits)] * len(config.gaits)
-    groups = [classify(get(name)).group for name in config.gaits]
-    kinds = set(groups)
-    return [1.0 / len(kinds) / groups.count(group) for group in groups]
+    shares = config.weights or (1.0,) * len(config.gaits)
+    if config.choose == "class":
+        groups = [classify(get(name)).group for name in config.gaits]
+        shares = tuple(share / groups.count(group) for share, group in zip(shares, groups, strict=True))
+    return [share / sum(shares) for share in shares]
 
 
 def uniform(

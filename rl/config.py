@@ -12,6 +12,7 @@ from rl.curriculum import RewardCurriculum
 from rl.env import EnvConfig, ResetConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
+from symdyn.gaits import PAPER_GAITS
 
 PresetName = Literal["cpu", "paper", "smoke"]
 
@@ -129,12 +130,13 @@ def _paper() -> TrainConfig:
 def _cpu() -> TrainConfig:
     commands = CommandConfig(
         choose="class",
+        weights=tuple(2.0 if gait == "rotary_gallop" else 1.0 for gait in PAPER_GAITS),
         noise_keeps_class=True,
         velocity_first_s=(2.0, 6.0),
         velocity_again_s=(2.0, 6.0),
         gait_first_s=(2.0, 6.0),
         gait_again_s=(2.0, 6.0),
-        forward_share=0.65,
+        forward_share=0.6,
     )
     lenient = RewardConfig(
         x_velocity=0.8,
@@ -173,7 +175,7 @@ def _cpu() -> TrainConfig:
             entropy=0.005,
             entropy_final=0.001,
             entropy_anneal_start=12e6,
-            entropy_anneal_end=24e6,
+            entropy_anneal_end=25e6,
         ),
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations, pairwise
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 import torch
@@ -249,3 +249,20 @@ def test_share_of_forward_commands(share: float) -> None:
 def test_bad_shares_of_forward_commands_are_refused(bad: dict[str, Any]) -> None:
     with pytest.raises(InvalidValue):
         CommandConfig(**bad)
+
+
+@pytest.mark.parametrize("choose", ["gait", "class"])
+def test_weights_multiply_how_often_a_gait_is_drawn(choose: Literal["gait", "class"]) -> None:
+    gaits = ("trot", "half_bound_left", "half_bound_right", "rotary_gallop")
+    plain = GaitSampler(CommandConfig(gaits=gaits, choose=choose)).probability
+    weighted = GaitSampler(CommandConfig(gaits=gaits, choose=choose, weights=(1.0, 1.0, 1.0, 3.0))).probability
+    assert plain.tolist() == pytest.approx([0.25] * 4 if choose == "gait" else [1 / 3, 1 / 6, 1 / 6, 1 / 3])
+    ratio = weighted / plain
+    assert (ratio / ratio[0]).tolist() == pytest.approx([1.0, 1.0, 1.0, 3.0])
+    assert float(weighted.sum()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("bad", [(1.0,), (1.0, 0.0), (1.0, math.inf), (1.0, math.nan), (math.nan, 1.0)])
+def test_bad_weights_are_refused(bad: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidValue, match="weights"):
+        CommandConfig(gaits=("trot", "bound"), weights=bad)
