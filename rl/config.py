@@ -12,7 +12,6 @@ from rl.curriculum import RewardCurriculum
 from rl.env import EnvConfig, ResetConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
-from symdyn.gaits import PAPER_GAITS
 
 PresetName = Literal["cpu", "paper", "smoke"]
 
@@ -130,7 +129,6 @@ def _paper() -> TrainConfig:
 def _cpu() -> TrainConfig:
     commands = CommandConfig(
         choose="class",
-        weights=tuple(2.0 if gait == "rotary_gallop" else 1.0 for gait in PAPER_GAITS),
         noise_keeps_class=True,
         velocity_first_s=(2.0, 6.0),
         velocity_again_s=(2.0, 6.0),
