@@ -34,7 +34,8 @@ class StepConfig:
         smallest: below it the tracing gives up.
         sharpest: largest angle between tangents of neighbouring orbits [rad].
         most: orbits of a branch.
-        max_speed: apex speed at which the tracing ends [sqrt(g torso length)].
+        max_speed: apex speed at which the tracing ends [sqrt(g torso length)]; a branch that begins above is followed
+            down.
     """
 
     first: float = 0.005
@@ -172,9 +173,14 @@ def trace(
     return Trace(tuple(points), f"the limit of {config.most} orbits")
 
 
+def speed_limit(config: StepConfig) -> str:
+    """The end of a branch that goes on beyond the speed limit."""
+    return f"the speed limit of {config.max_speed:g}"
+
+
 def _end(space: Subspace, before: Vector, now: Vector, config: StepConfig) -> str | None:
-    if now[DX] > config.max_speed:
-        return f"the speed limit of {config.max_speed:g}"
+    if now[DX] > config.max_speed and now[DX] > before[DX]:
+        return speed_limit(config)
     if now[DX] < -_AT_REST:
         return "comes to rest"
     for pair in PAIRS:

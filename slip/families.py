@@ -175,12 +175,12 @@ def _from_symmetric(parameters: SlipParameters, config: ExploreConfig, report: R
     symmetric = Search(twin, config, report)
     _moving_pronk(symmetric)
     symmetric.run()
+    _carried_over(symmetric)
     if config.trot:
         _moving_trot(symmetric)
     search = Search(parameters, config, report)
-    for family in ("TR", "PC"):
-        if family in symmetric.missing:
-            search.missing[family] = f"with a symmetric torso, {symmetric.missing[family]}"
+    for family, why in symmetric.missing.items():
+        search.missing[family] = f"with a symmetric torso, {why}"
     search.missing["PK"] = "a torso that is not symmetric cannot pronk: see B, whose feet part only a little there"
     for branch, space in zip(symmetric.branches, symmetric.spaces, strict=True):
         for index in np.unique(np.linspace(0, len(branch) - 1, 5).astype(int))[1:-1]:
@@ -192,7 +192,6 @@ def _from_symmetric(parameters: SlipParameters, config: ExploreConfig, report: R
             along = branch.unknowns[min(index + 1, len(branch) - 1)] - branch.unknowns[index - 1]
             search.queue.append(Start(space, moved, along))
         search.run()
-    _carried_over(search)
     return _diagram(search)
 
 
@@ -243,7 +242,7 @@ def _changed(space: Subspace, unknowns: Vector, before: SlipParameters, after: S
         except NoConvergence as failure:
             step *= 0.5
             if step < _SMALLEST_SHARE:
-                raise NoConvergence(f"{share:.0%} of the way, {failure}") from None
+                raise NoConvergence(f"after {share:.0%} of the way") from failure
             continue
         change = (moved - coordinates) / (new - share)
         coordinates, share, step = moved, new, min(1.0 / steps, 1.5 * step)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.branch import Branch, Junction
-from slip.continuation import MERGES, Point, StepConfig, Trace, trace
+from slip.continuation import MERGES, Point, StepConfig, Trace, speed_limit, trace
 from slip.floquet import multipliers_of
 from slip.junction import Crossing, crossings, turning_point
 from slip.naming import family_of
@@ -121,6 +121,11 @@ class Search:
             points.append(replace(at, confirmed=difference))
         return replace(walked, points=tuple(points))
 
+    def within_limit(self, points: tuple[Point, ...]) -> tuple[Point, ...]:
+        """The points of a branch without those at its ends that are beyond the speed limit."""
+        slow = [i for i, at in enumerate(points) if at.unknowns[DX] <= self.config.steps.max_speed]
+        return points[slow[0] : slow[-1] + 1] if slow else ()
+
     def with_turning_points(self, space: Subspace, points: tuple[Point, ...]) -> list[Point]:
         """Points and between them, exactly, those where the apex speed is largest or smallest."""
         result = list(points[:1])
@@ -161,17 +166,24 @@ class Search:
             return
         forwards = self.walk(start.space, start.unknowns, start.direction)
         backwards = self.walk(start.space, start.unknowns, -start.direction)
-        points = (*reversed(backwards.points), *forwards.points)
-        if len(points) < LEAST_ORBITS:
-            return
         # tangents must point one way, and with them the signs of the tests of the block
         flipped = tuple(
             replace(p, tangent=-p.tangent, tests=p.tests | {"even": -p.tests["even"]})
-            for p in points[: len(backwards.points)]
+            for p in reversed(backwards.points)
         )
-        names = self.add(start.space, (*flipped, *forwards.points), (backwards.end, forwards.end))
-        self.join_at_end(start.space, backwards, names[0])
-        self.join_at_end(start.space, forwards, names[-1])
+        points = (*flipped, *forwards.points)
+        kept = self.within_limit(points)
+        if len(kept) < LEAST_ORBITS:
+            return
+        limit = speed_limit(self.config.steps)
+        ends = (
+            backwards.end if kept[0] is points[0] else limit,
+            forwards.end if kept[-1] is points[-1] else limit,
+        )
+        names = self.add(start.space, kept, ends)
+        for walked, end, name in ((backwards, ends[0], names[0]), (forwards, ends[1], names[-1])):
+            if end == walked.end and walked.points:
+                self.join_at_end(start.space, walked, name)
 
     def add(self, space: Subspace, points: tuple[Point, ...], ends: tuple[str, str]) -> list[str]:
         """Store a trace, cut where the family changes, and queue what leaves it. Returns the names, in order."""
