@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from slip.branch import Diagram
@@ -21,26 +21,28 @@ _FASTER_AT_THE_APEX = 1.25
 """Orbits whose mean speed is within the range are at the apex at most so much faster."""
 
 
-def reaching(parameters: SlipParameters, fastest: float, trot: bool = True) -> ExploreConfig:
+def reaching(parameters: SlipParameters, fastest: float, trot: bool = True, carry: bool = True) -> ExploreConfig:
     """How far to trace.
 
     Args:
         parameters: of the model.
         fastest: v* up to which orbits are wanted.
         trot: whether to look for trot and pace, too.
+        carry: whether to carry over, from the reference parameters, families that no junction leads to.
     """
     steps = StepConfig(max_speed=unstarred(fastest, parameters) * _FASTER_AT_THE_APEX)
-    return ExploreConfig(steps=steps, trot=trot)
+    default = ExploreConfig(steps=steps, trot=trot)
+    return default if carry else replace(default, seeds=0)
 
 
-def settings(fastest: float, trot: bool) -> dict[str, Any]:
+def settings(fastest: float, trot: bool, carry: bool) -> dict[str, Any]:
     """What the cells of a study have in common; arguments as for :func:`reaching`."""
-    return {"work": WORK, "tracer": TRACER, "fastest": fastest, "trot": trot}
+    return {"work": WORK, "tracer": TRACER, "fastest": fastest, "trot": trot, "carry": carry}
 
 
-def cell(parameters: SlipParameters, fastest: float, trot: bool = True) -> dict[str, Any]:
+def cell(parameters: SlipParameters, fastest: float, trot: bool = True, carry: bool = True) -> dict[str, Any]:
     """What is to be traced; arguments as for :func:`reaching`."""
-    return {"parameters": asdict(parameters), "fastest": fastest, "trot": trot}
+    return {"parameters": asdict(parameters), "fastest": fastest, "trot": trot, "carry": carry}
 
 
 def trace_cell(cell: dict[str, Any]) -> dict[str, Any]:
@@ -53,7 +55,7 @@ def trace_cell(cell: dict[str, Any]) -> dict[str, Any]:
         SymdynError: for bad parameters.
     """
     parameters = SlipParameters(**cell["parameters"])
-    diagram = explore(parameters, reaching(parameters, cell["fastest"], cell["trot"]))
+    diagram = explore(parameters, reaching(parameters, cell["fastest"], cell["trot"], cell["carry"]))
     return {
         "orbits": PassiveOrbits.of(diagram.branches).as_dict(),
         "branches": branch_table(diagram),

@@ -78,9 +78,9 @@ class Grid:
         return found
 
 
-def cells(grid: Grid, base: SlipParameters, fastest: float, trot: bool) -> dict[str, dict[str, Any]]:
+def cells(grid: Grid, base: SlipParameters, fastest: float, trot: bool, carry: bool) -> dict[str, dict[str, Any]]:
     """The work of a study, by name. Raises InvalidValue."""
-    return {name: cell(model, fastest, trot) for name, model in grid.models(base).items()}
+    return {name: cell(model, fastest, trot, carry) for name, model in grid.models(base).items()}
 
 
 def summary(outcomes: Mapping[str, Outcome], selection: Selection) -> list[dict[str, Any]]:

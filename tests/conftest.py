@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
+from slip_reference import SLIP_CACHE
 
 if TYPE_CHECKING:
     import mujoco
@@ -34,11 +35,10 @@ settings.load_profile("symdyn")
 
 @pytest.fixture(scope="session")
 def slip_cache() -> Iterator[Path]:
-    """A cache of explored families that tests share, with later runs too: it knows when the solver has changed."""
-    folder = Path(__file__).parent.parent / ".pytest_cache" / "symdyn"
+    """The cache of explored families that tests share (tests/slip_reference.py)."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMDYN_CACHE", str(folder))
-        yield folder
+        patch.setenv("SYMDYN_CACHE", str(SLIP_CACHE))
+        yield SLIP_CACHE
 
 
 class MirroredByHand:

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 
 from slip.branch import Diagram
-from slip.continuation import StepConfig
-from slip.families import explore
+from slip.diagram_cache import explored
 from slip.parameters import REFERENCE, SlipParameters
-from slip.search import ExploreConfig
 from slip.unknowns import COUNT
+
+SLIP_CACHE = Path(__file__).parent.parent / ".pytest_cache" / "symdyn"
+"""Explored families that tests share, with later runs too: the cache knows when the solver has changed."""
 
 
 @cache
 def diagram() -> Diagram:
-    """The families of the reference parameters up to an apex speed of 7, where all nine are."""
-    return explore(REFERENCE, ExploreConfig(steps=StepConfig(max_speed=7.0), trot=False))
+    """The families of the reference parameters, from the cache that the commands' tests use, too."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYMDYN_CACHE", str(SLIP_CACHE))
+        return explored(REFERENCE)
 
 
 def perturbed(unknowns: np.ndarray, size: float, seed: int) -> np.ndarray:

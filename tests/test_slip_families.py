@@ -162,7 +162,7 @@ def test_orbits_at_a_speed() -> None:
         assert orbit.apex_speed == pytest.approx(4.2, abs=1e-12)
         assert orbit.residual_norm < 1e-10
     with pytest.raises(NoOrbit, match=r"Speeds of this family: HG 3\.09"):
-        orbits_at(diagram(), 6.5, "HG")
+        orbits_at(diagram(), 14.0, "HG")
     with pytest.raises(UnknownName, match="Known: B"):
         orbits_at(diagram(), 2.0, "walk")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +41,7 @@ class FamiliesArguments:
         model: the spring-loaded model.
         max_speed: apex speed at which a branch is left, in sqrt(g torso length); in m/s for a robot.
         trot: look for trot and pace, too.
+        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
         out: directory of the results.
         cache: use what was explored before, and keep what is explored now.
     """
@@ -48,6 +49,7 @@ class FamiliesArguments:
     model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
     max_speed: float | None = None
     trot: bool = True
+    carry: bool = True
     out: Path = Path("out/families")
     cache: bool = True
 
@@ -81,10 +83,13 @@ def _example(diagram: Diagram, model: PassiveModel, robot: str | None) -> str:
 
 
 def _config(args: FamiliesArguments, model: PassiveModel) -> ExploreConfig:
+    config = ExploreConfig(trot=args.trot)
+    if not args.carry:
+        config = replace(config, seeds=0)
     if args.max_speed is None:
-        return ExploreConfig(trot=args.trot)
+        return config
     scale = model.units.speed if model.units else 1.0
-    return ExploreConfig(steps=StepConfig(max_speed=args.max_speed / scale), trot=args.trot)
+    return replace(config, steps=StepConfig(max_speed=args.max_speed / scale))
 
 
 def show(console: Console, diagram: Diagram, model: PassiveModel) -> None:

@@ -55,6 +55,7 @@ class FitArguments:
         bootstrap: intervals from so many resamplings of whole families, or gaits; 0 takes the covariance. Where there
             are fewer than four families the covariance is taken, too.
         trot: look for trot and pace, too.
+        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
         cache: use orbits that were found before, and keep those found now.
         out: directory of curves.json, curves.png and curves.md.
     """
@@ -69,6 +70,7 @@ class FitArguments:
     active: CurveName | None = None
     bootstrap: int = 0
     trot: bool = True
+    carry: bool = True
     cache: bool = True
     out: Path = Path("out/curves")
 
@@ -90,7 +92,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     log_to(console)
     writable_directory(args.out)
-    config = reaching(model.parameters, args.select.speeds[1], args.trot)
+    config = reaching(model.parameters, args.select.speeds[1], args.trot, args.carry)
     diagram = explore_with_progress(console, model.parameters, config, args.cache)
     points = PassiveOrbits.of(diagram.branches).select(args.select)
     passive = _passive(points, diagram, model, args)

@@ -35,6 +35,7 @@ class StudyArguments:
             ks 20, J 2) if left out.
         select: which orbits the curves are fitted to. A change needs no new tracing, but for another fastest speed.
         trot: look for trot and pace, too.
+        carry: carry over, from the reference parameters, families that no junction leads to: about a minute a model.
         workers: who does the work.
         retry_failed: try models again that failed before.
         out: directory of the results.
@@ -44,6 +45,7 @@ class StudyArguments:
     robot: str | None = None
     select: Annotated[Selection, tyro.conf.arg(name="")] = field(default_factory=Selection)
     trot: bool = True
+    carry: bool = False
     workers: Annotated[Workers, tyro.conf.arg(name="")] = field(default_factory=Workers)
     retry_failed: bool = False
     out: Path = Path("out/study")
@@ -53,7 +55,7 @@ def run(arguments: Sequence[str]) -> int:
     """The command. Raises SymdynError for bad input."""
     args = tyro.cli(StudyArguments, args=list(arguments), prog="symdyn study")
     base = PassiveModelArguments(robot=args.robot).load()
-    work = cells(args.grid, base.parameters, args.select.speeds[1], args.trot)
+    work = cells(args.grid, base.parameters, args.select.speeds[1], args.trot, args.carry)
     console = make_console()
     log_to(console)
     columns = TextColumn("models"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
@@ -64,7 +66,7 @@ def run(arguments: Sequence[str]) -> int:
                 trace_cell,
                 work,
                 args.out,
-                settings(args.select.speeds[1], args.trot),
+                settings(args.select.speeds[1], args.trot, args.carry),
                 args.workers,
                 args.retry_failed,
                 lambda done, total: progress.update(task, completed=done, total=total),
