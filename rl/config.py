@@ -152,7 +152,7 @@ def _cpu() -> TrainConfig:
         x_velocity=0.5,
         x_rate=2.5,
         temporal=0.45,
-        force_rate=0.02,
+        force_rate=0.04,
         foot_speed_rate=2.0,
     )
     return TrainConfig(
