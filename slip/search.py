@@ -69,7 +69,16 @@ class ExploreConfig:
 
 @dataclass(frozen=True)
 class Start:
-    """Somewhere to begin a branch."""
+    """Somewhere to begin a branch.
+
+    Attributes:
+        space: that the branch lies in.
+        unknowns: of the orbit or junction, (22,).
+        direction: to walk in first, (22,).
+        crossing: the junction, or None for an orbit in the middle of a branch, which is walked both ways.
+        on: name of the branch that the junction lies on.
+        pair: that parts there, as in slip.branch.Junction.
+    """
 
     space: Subspace
     unknowns: Vector
@@ -80,7 +89,16 @@ class Start:
 
 
 class Search:
-    """A search for branches; filled as it runs."""
+    """Branches and junctions found so far, and a queue of places where more begin.
+
+    Attributes:
+        branches: in the order in which they were found.
+        spaces: of each branch.
+        junctions: between them.
+        missing: families that were not found, with the reason.
+        refused: of those, solutions that are no gaits, (22,).
+        queue: where branches begin that are not traced yet.
+    """
 
     def __init__(self, parameters: SlipParameters, config: ExploreConfig, report: Report) -> None:
         self.parameters, self.config, self.report = parameters, config, report
@@ -94,13 +112,16 @@ class Search:
 
     @property
     def orbits(self) -> int:
+        """How many there are on all branches."""
         return sum(len(branch) for branch in self.branches)
 
     def run(self) -> None:
+        """Follow everything in the queue, and what is found on the way."""
         while self.queue and len(self.branches) < self.config.most_branches:
             self.follow(self.queue.popleft())
 
     def walk(self, space: Subspace, unknowns: Vector, direction: Vector) -> Trace:
+        """The branch from an orbit or junction in a direction, as far as its orbits are confirmed."""
         count = self.orbits
 
         def tell(point: Point) -> None:
@@ -137,17 +158,14 @@ class Search:
         return result
 
     def name_at(self, space: Subspace, unknowns: Vector) -> str | None:
-        """Name of the branch that an orbit lies on."""
+        """Name of the branch that an orbit lies on, if it was traced already."""
         for branch, where in zip(self.branches, self.spaces, strict=True):
             if where is space and _distance(branch, unknowns) < SAME:
                 return branch.name
         return None
 
-    def known(self, space: Subspace, unknowns: Vector) -> bool:
-        """Whether an orbit lies on a branch that was traced already."""
-        return self.name_at(space, unknowns) is not None
-
     def follow(self, start: Start) -> None:
+        """Trace the branch that begins somewhere, unless it is known."""
         if start.crossing is None:
             self.follow_orbit(start)
             return
@@ -155,14 +173,15 @@ class Search:
         if len(walked.points) < LEAST_ORBITS:
             return
         probe = walked.points[min(len(walked.points) - 1, 6)].unknowns
-        if self.known(start.space, probe):
+        if self.name_at(start.space, probe) is not None:
             return
         names = self.add(start.space, walked.points, (f"leaves {start.on}", walked.end))
         self.junctions.append(Junction.at(start.unknowns, start.on, names[0], start.pair))
         self.join_at_end(start.space, walked, names[-1])
 
     def follow_orbit(self, start: Start) -> None:
-        if self.known(start.space, start.unknowns):
+        """Trace the branch through an orbit, both ways, unless it is known."""
+        if self.name_at(start.space, start.unknowns) is not None:
             return
         forwards = self.walk(start.space, start.unknowns, start.direction)
         backwards = self.walk(start.space, start.unknowns, -start.direction)
@@ -221,11 +240,13 @@ class Search:
             self.refused.setdefault(family, walked.refused)
 
     def numbered(self, family: str, new: list[str]) -> str:
+        """The name of a family's next branch: BG, BG2, BG3 ..."""
         taken = [branch.name for branch in self.branches] + new
         count = sum(1 for name in taken if name.rstrip("0123456789") == family)
         return family if count == 0 else f"{family}{count + 1}"
 
     def branch_off(self, space: Subspace, crossing: Crossing, on: str) -> None:
+        """Queue the branches that leave at a junction."""
         if "even" in crossing.kinds:
             # where pairs part as well (the pronk's end), half-bounds are reached from the bounds
             pair = "none" if len(crossing.kinds) == 1 else "both"
