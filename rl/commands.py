@@ -65,17 +65,17 @@ class CommandConfig:
             raise InvalidValue("weights", self.weights, f"{len(self.gaits)} numbers > 0, one a gait")
         if not 0.0 <= self.offset_noise < 0.5:
             raise InvalidValue("offset_noise", self.offset_noise, "in [0, 0.5)")
-        if self.forward_share is not None:
-            if not 0.0 <= self.forward_share <= 1.0:
-                raise InvalidValue("forward_share", self.forward_share, "in [0, 1]")
-            if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
-                raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name.endswith(("_s", "_x", "_y", "_rate")) and value is not None:
                 low, high = value
                 if not (np.isfinite(low) and np.isfinite(high) and low <= high):
                     raise InvalidValue(field.name, value, "two finite numbers, the smaller first")
+        if self.forward_share is not None:
+            if not 0.0 <= self.forward_share <= 1.0:
+                raise InvalidValue("forward_share", self.forward_share, "in [0, 1]")
+            if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
+                raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
                 if field.name.endswith("_s") and low <= 0.0:
                     raise InvalidValue(field.name, value, "times > 0")
 
