@@ -71,13 +71,13 @@ class CommandConfig:
                 low, high = value
                 if not (np.isfinite(low) and np.isfinite(high) and low <= high):
                     raise InvalidValue(field.name, value, "two finite numbers, the smaller first")
+                if field.name.endswith("_s") and low <= 0.0:
+                    raise InvalidValue(field.name, value, "times > 0")
         if self.forward_share is not None:
             if not 0.0 <= self.forward_share <= 1.0:
                 raise InvalidValue("forward_share", self.forward_share, "in [0, 1]")
             if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
                 raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
-                if field.name.endswith("_s") and low <= 0.0:
-                    raise InvalidValue(field.name, value, "times > 0")
 
 
 class GaitSampler:
