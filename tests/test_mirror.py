@@ -288,8 +288,8 @@ def test_tied_weights_begin_as_spread_as_those_of_a_plain_network() -> None:
     for ours, theirs in zip(tied, MLP(OBSERVATION.size, 12, sizes, "elu"), strict=True):
         if isinstance(theirs, nn.Linear):
             assert isinstance(ours, nn.Linear)
-            assert float(ours.weight.std()) == pytest.approx(float(theirs.weight.std()), rel=0.05)
-            assert float(ours.weight.abs().max()) == pytest.approx(float(theirs.weight.abs().max()), rel=0.02)
+            assert ours.weight.std().item() == pytest.approx(theirs.weight.std().item(), rel=0.05)
+            assert ours.weight.abs().max().item() == pytest.approx(theirs.weight.abs().max().item(), rel=0.02)
 
 
 @pytest.mark.parametrize("invariant", [False, True])
