@@ -15,7 +15,7 @@ from slip import kernel
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-TOLERANCE = 3e-12
+TOLERANCE = 5e-13
 """Of the estimated local error, relative to 1 + |state|; the true error is about a tenth of the estimate."""
 
 _SAFETY, _MAX_GROWTH, _MIN_SHRINK = 0.9, 6.0, 0.2
