@@ -61,13 +61,17 @@ def explore(
     config = config or ExploreConfig()
     if not parameters.front_hind_symmetric:
         return _from_symmetric(parameters, config, report)
+    return _diagram(_search_symmetric(parameters, config, report))
+
+
+def _search_symmetric(parameters: SlipParameters, config: ExploreConfig, report: Report) -> Search:
     search = Search(parameters, config, report)
     _moving_pronk(search)
     search.run()
     _carried_over(search)
     if config.trot:
         _moving_trot(search)
-    return _diagram(search)
+    return search
 
 
 def _diagram(search: Search) -> Diagram:
@@ -172,12 +176,7 @@ def _moving_trot(search: Search) -> None:
 
 def _from_symmetric(parameters: SlipParameters, config: ExploreConfig, report: Report) -> Diagram:
     twin = replace(parameters, hind_distance=0.5, stiffness_ratio=1.0, resting_angle=0.0)
-    symmetric = Search(twin, config, report)
-    _moving_pronk(symmetric)
-    symmetric.run()
-    _carried_over(symmetric)
-    if config.trot:
-        _moving_trot(symmetric)
+    symmetric = _search_symmetric(twin, config, report)
     search = Search(parameters, config, report)
     for family, why in symmetric.missing.items():
         search.missing[family] = f"with a symmetric torso, {why}"

@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from command_in_process import Done, symdyn
 
-from symdyn.cli import main
 from symdyn.timing import TimingCurve
-
-Done = subprocess.CompletedProcess[str]
-
-
-def symdyn(*arguments: object, cwd: Path) -> Done:
-    """The command in this process (an interpreter that imports torch anew for each case would take minutes)."""
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.chdir(cwd), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            code = main(list(map(str, arguments)))
-        except SystemExit as stop:  # the parser's own way out
-            code = stop.code
-    return Done(list(map(str, arguments)), int(code or 0), out.getvalue(), err.getvalue())
 
 
 def assert_refused(done: Done, *said: str) -> None:

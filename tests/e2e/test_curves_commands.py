@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
-import io
 import json
 import os
 import signal
@@ -15,13 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_in_process import symdyn
 
 from symdyn import trials
-from symdyn.cli import main
 from symdyn.timing import TimingCurve
 from symdyn.trials import Trial
-
-Done = subprocess.CompletedProcess[str]
 
 QUICK = ("--reference", "--speeds", "0", "0.3", "--no-trot", "--no-carry")
 """The literature's pronk, only as far as it takes to fit: seconds."""
@@ -30,17 +26,6 @@ QUICK = ("--reference", "--speeds", "0", "0.3", "--no-trot", "--no-carry")
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
-
-
-def symdyn(*arguments: object, cwd: Path) -> Done:
-    """The command in this process."""
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.chdir(cwd), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            code = main(list(map(str, arguments)))
-        except SystemExit as stop:  # the parser's own way out
-            code = stop.code
-    return Done(list(map(str, arguments)), int(code or 0), out.getvalue(), err.getvalue())
 
 
 def table(path: Path, a_T: float = 2.2, **change: object) -> Path:
