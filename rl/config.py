@@ -13,7 +13,7 @@ from rl.env import EnvConfig, ResetConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
 
-PresetName = Literal["cpu", "paper", "smoke"]
+PresetName = Literal["cpu", "polish", "paper", "smoke"]
 
 
 @dataclass(frozen=True)
@@ -178,6 +178,43 @@ def _cpu() -> TrainConfig:
     )
 
 
+def _polish() -> TrainConfig:
+    cpu = _cpu()
+    rewards = replace(
+        cpu.env.curriculum.final,
+        x_velocity=0.6,
+        x_rate=4.0,
+        temporal=0.6,
+        force_rate=0.08,
+        kappa=40.0,
+        # with the paper's rates these two are saturated for any run of the Go2, and have no slope
+        morphological=0.3,
+        pair_rate=1.5,
+        torque_change=0.15,
+        torque_rate=0.015,
+        softness=0.5,
+    )
+    commands = replace(
+        cpu.env.commands,
+        weights=tuple(1.5 if name == "rotary_gallop" else 1.0 for name in cpu.env.commands.gaits),
+        velocity_x=(-2.2, 2.2),  # so that 2 m/s lies within what was learned
+        forward_share=0.45,
+        velocity_first_s=(1.5, 5.0),
+        velocity_again_s=(1.5, 5.0),
+        gait_first_s=(1.5, 5.0),
+        gait_again_s=(1.5, 5.0),
+    )
+    return replace(
+        cpu,
+        preset="polish",
+        iterations=1000,
+        env=replace(cpu.env, commands=commands, rewards=rewards, curriculum=RewardCurriculum()),
+        ppo=replace(
+            cpu.ppo, epochs=3, entropy=5e-4, entropy_final=0.0, entropy_anneal_start=0.0, entropy_anneal_end=15e6
+        ),
+    )
+
+
 def _smoke() -> TrainConfig:
     cpu = _cpu()
     return replace(
@@ -185,8 +222,9 @@ def _smoke() -> TrainConfig:
     )
 
 
-PRESETS: dict[str, Callable[[], TrainConfig]] = {"cpu": _cpu, "paper": _paper, "smoke": _smoke}
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``smoke``: to see it run."""
+PRESETS: dict[str, Callable[[], TrainConfig]] = {"cpu": _cpu, "polish": _polish, "paper": _paper, "smoke": _smoke}
+"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``: what makes a policy that
+runs every gait exact, to be started from a run of ``cpu``. ``smoke``: to see it run."""
 
 
 def preset(name: str) -> TrainConfig:

@@ -148,7 +148,7 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2)
         training={
             "commit": origin_commit,
             "config": config_file.plain(config),
-            "samples": iteration * config.num_envs * config.ppo.steps,
+            "samples": run_dir.ancestor(run)["samples"] + iteration * config.num_envs * config.ppo.steps,
             "seed": config.seed,
         },
     )

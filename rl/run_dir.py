@@ -8,13 +8,16 @@ from typing import Any
 
 from rl import checkpoint
 from symdyn.errors import FileProblem
-from symdyn.files import writable_directory, write_json
+from symdyn.files import read_json, writable_directory, write_json
 from symdyn.timing import TimingCurve
 
 CONFIG = "config.yaml"
 TIMING = "timing.json"
 ORIGIN = "origin.json"
 POLICY = "policy.onnx"
+
+STARTED_FROM = "started_from"
+"""Key of origin.json."""
 
 
 def fresh(path: Path | None, preset: str) -> Path:
@@ -51,6 +54,20 @@ def timing(run: Path, chosen: Path | None) -> TimingCurve:
     if (run / TIMING).is_file():
         return TimingCurve.load(run / TIMING)
     return TimingCurve() if chosen is None else TimingCurve.load(chosen)
+
+
+def ancestor(run: Path) -> dict[str, Any]:
+    """What lies behind a run that was started from another (``--start-from``), as its ``origin.json`` has it.
+
+    Returns:
+        ``samples`` and ``seconds`` of training, 0 for a run that began with random weights; of others also ``run``,
+        ``seed`` and ``iteration``.
+
+    Raises:
+        FileProblem: if the file is damaged.
+    """
+    noted = read_json(run / ORIGIN) if (run / ORIGIN).is_file() else {}
+    return noted.get(STARTED_FROM) or {"samples": 0, "seconds": 0.0}
 
 
 def begin(run: Path, curve: TimingCurve, origin: dict[str, Any]) -> None:

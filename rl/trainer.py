@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import torch
 
-from rl import checkpoint, run_dir
+from rl import checkpoint, config_file, run_dir
 from rl.batch_physics import BatchPhysics
 from rl.config import TrainConfig
 from rl.env import GaitEnv
@@ -67,6 +67,34 @@ class Trainer:
         """Environment steps of one update."""
         return self.config.num_envs * self.config.ppo.steps
 
+    def start_from(self, run: Path) -> dict[str, Any]:
+        """Begin with what another run has learned: networks, action noise, and the optimiser with its learning rate.
+
+        Everything else is new: the robots, the random numbers, and the count of samples that the curriculum and the
+        entropy weight go by.
+
+        Args:
+            run: directory of the other run, whose newest checkpoint is taken.
+
+        Returns:
+            Where this run comes from, for ``origin.json``: that run's directory and seed, and the updates, samples and
+            seconds of training behind it, those of its own ancestors included.
+
+        Raises:
+            FileProblem: if it is no run, has no checkpoint that can be read, or has other networks.
+        """
+        its = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
+        state = checkpoint.load_newest(run)
+        self._load_learner(state, run)
+        before = run_dir.ancestor(run)
+        return {
+            "run": str(run),
+            "seed": its.seed,
+            "iteration": state["iteration"],
+            "samples": before["samples"] + state["iteration"] * its.num_envs * its.ppo.steps,
+            "seconds": before["seconds"] + state["seconds"],
+        }
+
     def resume(self) -> None:
         """Go on from the newest checkpoint of the run, bit by bit as if there had been no interruption.
 
@@ -74,8 +102,8 @@ class Trainer:
             FileProblem: if there is none that can be read, or it is of another configuration.
         """
         state = checkpoint.load_newest(self.run)
+        self._load_learner(state, self.run)
         try:
-            self.ppo.load(state["ppo"], None, strict=True)
             self.env.load_state_dict(state["env"])
         except (KeyError, RuntimeError, ValueError) as error:
             raise FileProblem(self.run, f"holds a checkpoint of another configuration ({error}).") from error
@@ -162,6 +190,12 @@ class Trainer:
             record["episode/return"] = sum(returns) / len(returns)
             record["episode/seconds"] = sum(lengths) / len(lengths)
         return record
+
+    def _load_learner(self, state: dict[str, Any], run: Path) -> None:
+        try:
+            self.ppo.load(state["ppo"], None, strict=True)
+        except (KeyError, RuntimeError, ValueError) as error:
+            raise FileProblem(run, f"holds a checkpoint of another configuration ({error}).") from error
 
     def _count_episodes(self, rewards: torch.Tensor, dones: torch.Tensor) -> None:
         self._returns = self._returns + rewards

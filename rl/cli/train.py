@@ -10,7 +10,7 @@ import argparse  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
 from dataclasses import dataclass, field, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
-from typing import Annotated  # noqa: E402
+from typing import Annotated, Any  # noqa: E402
 
 import torch  # noqa: E402
 import tyro  # noqa: E402
@@ -28,19 +28,22 @@ from symdyn.origin import commit  # noqa: E402
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), paper
-    (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown below; every
+    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), polish
+    (to be started from a run of cpu: exact timing), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown below; every
     one of them is a flag. Ctrl-C saves and says how to go on.
 
     Attributes:
         out: directory of the new run; runs/DATE-TIME-PRESET if left out.
         resume: directory of a run to go on with, exactly as if it had not been interrupted. Its settings are kept; only
             --iterations, the total, may be given anew.
+        start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
+            setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
         config: settings.
     """
 
     out: Path | None = None
     resume: Path | None = None
+    start_from: Path | None = None
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
 
 
@@ -50,7 +53,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     log_to(console)
     directory = run_dir.fresh(args.out, args.config.preset) if args.resume is None else args.resume
-    return _train(directory, args.config, console, resuming=args.resume is not None)
+    return _train(directory, args, console)
 
 
 def parse(arguments: Sequence[str]) -> TrainArguments:
@@ -74,19 +77,25 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
             raise InvalidValue(
                 "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
             )
-        if args.out is not None:
-            raise InvalidValue("--out", str(args.out), "left out with --resume, which names the directory")
+        for flag, value in (("--out", args.out), ("--start-from", args.start_from)):
+            if value is not None:
+                raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")
     return args
 
 
-def _train(directory: Path, config: TrainConfig, console: Console, resuming: bool) -> int:
+def _train(directory: Path, args: TrainArguments, console: Console) -> int:
+    config = args.config
     if config.threads:
         torch.set_num_threads(config.threads)
     trainer = Trainer(config, directory)  # refuses bad settings before anything is written
-    if resuming and checkpoint.list_checkpoints(directory):
+    started_from = None
+    if args.start_from is not None:
+        started_from = trainer.start_from(args.start_from)
+        console.print(f"Starting from {args.start_from}, after {started_from['samples'] / 1e6:.3g} million samples.")
+    if args.resume is not None and checkpoint.list_checkpoints(directory):
         trainer.resume()
         console.print(f"Going on with {directory} after {trainer.iteration} updates.")
-    start(trainer)
+    start(trainer, started_from)
     samples = config.iterations * trainer.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}): {config.num_envs} robots, {config.iterations} updates, "
@@ -104,7 +113,12 @@ def _train(directory: Path, config: TrainConfig, console: Console, resuming: boo
     return 0
 
 
-def start(trainer: Trainer) -> None:
-    """Write settings, timing and origin of a run before it runs. Raises FileProblem."""
-    run_dir.begin(trainer.run, trainer.env.timing, {"commit": commit()})
+def start(trainer: Trainer, started_from: dict[str, Any] | None = None) -> None:
+    """Write settings, timing and origin of a run before it runs; ``started_from`` as :meth:`Trainer.start_from` has it.
+
+    Raises:
+        FileProblem: if they cannot be written.
+    """
+    origin = {"commit": commit()} | ({} if started_from is None else {run_dir.STARTED_FROM: started_from})
+    run_dir.begin(trainer.run, trainer.env.timing, origin)
     config_file.save(trainer.config, trainer.run / run_dir.CONFIG)
