@@ -223,8 +223,8 @@ def _smoke() -> TrainConfig:
 
 
 PRESETS: dict[str, Callable[[], TrainConfig]] = {"cpu": _cpu, "polish": _polish, "paper": _paper, "smoke": _smoke}
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``: what makes a policy that
-runs every gait exact, to be started from a run of ``cpu``. ``smoke``: to see it run."""
+"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``: exact timing, to be
+started from a run of ``cpu``. ``smoke``: to see it run."""
 
 
 def preset(name: str) -> TrainConfig:

@@ -16,6 +16,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from rl.terrain import Terrain
 from symdyn.errors import FileProblem
 from symdyn.legs import JOINTS, LEGS
 from symdyn.robot import Robot
@@ -66,8 +67,12 @@ class Box:
     half_size: np.ndarray
 
 
-def build_spec(robot: Robot) -> mujoco.MjSpec:
+def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
     """The robot standing free above a floor, as an editable specification.
+
+    Args:
+        robot: whose URDF is taken.
+        terrain: the floor's shape; flat if None.
 
     Raises:
         FileProblem: if the URDF is missing or lacks a link or joint that the robot names.
@@ -92,16 +97,16 @@ def build_spec(robot: Robot) -> mujoco.MjSpec:
     spec.memory = ARENA_BYTES
     spec.body(robot.trunk).add_freejoint(name=ROOT_JOINT)
     _add_actuators(spec, robot)
-    _add_floor(spec)
+    _add_floor(spec, terrain)
     _add_trunk(spec, robot, boxes[robot.trunk])
     for leg, link in zip(LEGS, robot.foot_links, strict=True):
         _add_foot(spec, leg, link, boxes[link])
     return spec
 
 
-def build_model(robot: Robot) -> mujoco.MjModel:
+def build_model(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjModel:
     """The compiled model of :func:`build_spec`; raises what it raises."""
-    return build_spec(robot).compile()
+    return build_spec(robot, terrain).compile()
 
 
 def _collision_boxes(path: Path, robot: Robot) -> dict[str, Box]:
@@ -155,11 +160,26 @@ def _rotor_inertia(spec: mujoco.MjSpec, joint_name: str) -> float:
     return float(np.max(rotor.inertia if np.any(rotor.inertia) else rotor.fullinertia[:3]))
 
 
-def _add_floor(spec: mujoco.MjSpec) -> None:
+def _add_floor(spec: mujoco.MjSpec, terrain: Terrain | None) -> None:
+    if terrain is None:
+        shape = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "size": [0.0, 0.0, 1.0]}
+    else:
+        # MuJoCo scales the data to [0, 1], times the third size; below lies a slab of the fourth
+        spec.add_hfield(
+            name=FLOOR,
+            nrow=len(terrain.axis),
+            ncol=len(terrain.axis),
+            size=[terrain.half_size, terrain.half_size, 2.0 * terrain.amplitude, terrain.amplitude],
+            userdata=terrain.heights.ravel(),
+        )
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_HFIELD,
+            "hfieldname": FLOOR,
+            "pos": [0.0, 0.0, -terrain.amplitude],
+        }
     spec.worldbody.add_geom(
         name=FLOOR,
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, 0.0, 1.0],
+        **shape,
         friction=[DEFAULT_FRICTION, 0.0, 0.0],
         condim=3,
         contype=1,

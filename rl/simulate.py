@@ -1,4 +1,4 @@
-"""Run a policy file through scripted commands on the nominal model, and record it at the rate of the physics.
+"""Run a policy file through scripted commands on the nominal robot, and record it at the rate of the physics.
 
 Nothing of the task is restated here: clock, observation, timing, model, falls and frames are the functions that
 training calls.
@@ -17,6 +17,7 @@ from rl.batch_physics import BatchPhysics
 from rl.model import build_model
 from rl.physics import Pose, RobotState, heading_velocity
 from rl.termination import TerminationConfig, fallen
+from rl.terrain import Terrain
 from symdyn import phase as clock
 from symdyn.errors import InvalidValue
 from symdyn.frames import projected_gravity
@@ -52,12 +53,16 @@ class Script:
         segments: in order of time; the first starts at 0.
         duration: s.
         seed: decides the initial stride phase.
+        position: where the robot starts, x and y in m.
+        heading: direction that it starts in, rad from the x axis.
     """
 
     name: str
     segments: tuple[Segment, ...]
     duration: float
     seed: int = 0
+    position: tuple[float, float] = (0.0, 0.0)
+    heading: float = 0.0
 
     def __post_init__(self) -> None:
         starts = [segment.start for segment in self.segments]
@@ -103,6 +108,7 @@ def run(
     policy: Policy,
     scripts: Sequence[Script],
     on_progress: Callable[[int], None] | None = None,
+    terrain: Terrain | None = None,
 ) -> list[Episode]:
     """Run every script; the results are in the order of the scripts and do not depend on how they are grouped.
 
@@ -110,11 +116,12 @@ def run(
         policy: to run.
         scripts: any number.
         on_progress: called with the number of scripts done.
+        terrain: what the robots run on; a flat floor if None.
     """
     order = sorted(range(len(scripts)), key=lambda i: scripts[i].duration)
     found: dict[int, Episode] = {}
     for group in _groups(order):
-        episodes = _run_together(policy, [scripts[i] for i in group])
+        episodes = _run_together(policy, [scripts[i] for i in group], terrain)
         found.update(zip(group, episodes, strict=True))
         if on_progress is not None:
             on_progress(len(found))
@@ -145,12 +152,12 @@ class _Commands:
                 self._next[i] += 1
 
 
-def _run_together(policy: Policy, scripts: Sequence[Script]) -> list[Episode]:
+def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None) -> list[Episode]:
     robot = robot_of(policy)
     n = len(scripts)
     meta = policy.metadata
-    physics = BatchPhysics(build_model(robot), robot, n)
-    physics.reset(np.arange(n), _standing(n, robot))
+    physics = BatchPhysics(build_model(robot, terrain), robot, n)
+    physics.reset(np.arange(n), _standing(scripts, robot, terrain))
     commands = _Commands(scripts)
     phase = np.array([np.random.default_rng(script.seed).random() for script in scripts])
     action = np.zeros((n, len(robot.joint_names)))
@@ -184,7 +191,8 @@ def _run_together(policy: Policy, scripts: Sequence[Script]) -> list[Episode]:
             state = physics.read()
             legs = clock.leg_phase(phase, commands.offsets, v_x, meta.time_reversal)
             samples.append(_sample(state, phase, commands, period, duty, ~clock.in_swing(legs, duty)))
-        down = (fallen(state, limits) | ~state.finite()).numpy() & np.isinf(fell_at)
+        ground = 0.0 if terrain is None else terrain.height(np.nan_to_num(_numpy(state.base_pos_w)[:, :2]))
+        down = (fallen(state, limits, torch.as_tensor(ground)) | ~state.finite()).numpy() & np.isinf(fell_at)
         fell_at[down] = time + robot.control_dt
     columns = {key: np.stack([sample[key] for sample in samples], axis=1) for key in samples[0]}
     dt = robot.control_dt / physics.substeps
@@ -198,12 +206,13 @@ def _run_together(policy: Policy, scripts: Sequence[Script]) -> list[Episode]:
     return episodes
 
 
-def _standing(n: int, robot: Robot) -> Pose:
-    position = np.zeros((n, 3))
-    position[:, 2] = robot.base_height_range[0]
-    upright = np.zeros((n, 4))
-    upright[:, 0] = 1.0
-    return Pose(position, upright, np.zeros((n, 3)), np.tile(robot.default_joint_pos, (n, 1)))
+def _standing(scripts: Sequence[Script], robot: Robot, terrain: Terrain | None) -> Pose:
+    n = len(scripts)
+    planar, half = np.array([s.position for s in scripts]), np.array([s.heading for s in scripts]) / 2.0
+    ground = np.zeros(n) if terrain is None else terrain.highest_near(planar, robot.leg_length)
+    position = np.column_stack([planar, ground + robot.base_height_range[0]])
+    turned = np.column_stack([np.cos(half), np.zeros((n, 2)), np.sin(half)])
+    return Pose(position, turned, np.zeros((n, 3)), np.tile(robot.default_joint_pos, (n, 1)))
 
 
 def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:

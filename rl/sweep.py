@@ -16,8 +16,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from rl.evaluate import SETTLE_S
 from rl.simulate import Episode, Script, Segment, run
+from rl.summaries import SETTLE_S
 from symdyn import gaits, metrics, trials
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.files import read_json, writable_directory, write_json, write_text
