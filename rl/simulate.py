@@ -231,6 +231,7 @@ def _sample(
         "velocity_command": commands.velocity.copy(),
         "velocity_h": _numpy(heading_velocity(state)),
         "base_pos_w": _numpy(state.base_pos_w),
+        "base_quat_w": _numpy(state.base_quat_w),
         "joint_pos": _numpy(state.joint_pos),
         "joint_vel": _numpy(state.joint_vel),
         "joint_torque": _numpy(state.joint_torque),

@@ -26,7 +26,8 @@ class Recording:
         gravity: m/s^2.
         velocity_command: (S, 3) v_x, v_y (m/s), yaw rate (rad/s).
         velocity_h: (S, 3) the same, realised, in the heading frame.
-        base_pos_w: (S, 3) m.
+        base_pos_w: (S, 3) trunk origin, m.
+        base_quat_w: (S, 4) orientation of the trunk: w, x, y, z.
         joint_pos: (S, 12) rad.
         joint_vel: (S, 12) rad/s.
         joint_torque: (S, 12) N m.
@@ -44,6 +45,7 @@ class Recording:
     velocity_command: Floats
     velocity_h: Floats
     base_pos_w: Floats
+    base_quat_w: Floats
     joint_pos: Floats
     joint_vel: Floats
     joint_torque: Floats
@@ -76,11 +78,15 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> Recording:
-        """Read :meth:`save`'s file. Raises FileProblem if it is missing or no recording."""
+        """Read :meth:`save`'s file. Raises FileProblem if it is missing, no recording, or lacks a field."""
+        names = [f.name for f in fields(cls)]
         try:
             with np.load(path, allow_pickle=False) as data:
-                values: dict[str, Any] = {f.name: data[f.name] for f in fields(cls)}
-        except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
+                values: dict[str, Any] = {name: data[name] for name in names if name in data}
+        except (OSError, EOFError, ValueError, TypeError, BadZipFile) as error:
             raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
+        lacking = ", ".join(name for name in names if name not in values)
+        if lacking:
+            raise FileProblem(path, f"is no recording of this symdyn: lacks {lacking}; an older one must be made anew.")
         scalars: dict[str, Any] = {name: float(value) for name, value in values.items() if value.ndim == 0}
         return cls(**(values | scalars))

@@ -55,6 +55,7 @@ def recording(
         velocity_command=velocity_h.copy(),
         velocity_h=velocity_h,
         base_pos_w=np.cumsum(velocity_h, axis=0) * dt,
+        base_quat_w=np.tile([1.0, 0.0, 0.0, 0.0], (samples, 1)),
         joint_pos=joint_pos,
         joint_vel=joint_vel,
         joint_torque=0.5 * joint_vel,

@@ -44,3 +44,11 @@ def test_a_damaged_file_is_refused(tmp_path: Path, spoil) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileProblem, match="nowhere"):
         Recording.load(tmp_path / "nowhere.npz")
+
+
+def test_a_file_of_before_a_field_was_added_says_which(tmp_path: Path) -> None:
+    path = tmp_path / "old.npz"
+    values = vars(recording(get("trot"), 1.0, seconds=0.1))
+    np.savez(path, **{name: value for name, value in values.items() if name != "base_quat_w"})
+    with pytest.raises(FileProblem, match=r"old\.npz: .*lacks base_quat_w; an older one must be made anew"):
+        Recording.load(path)
