@@ -8,7 +8,7 @@ massless and passes through the ground without touching it; it is drawn no longe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,23 +24,19 @@ from slip.orbit import Orbit
 from slip.trajectory import Trajectory, sample
 from slip.units import Units
 from slip.unknowns import FRONT, PHI, SLIP_LEGS, Y
-from symdyn.errors import InvalidValue, ResourceProblem
-from symdyn.files import replacing
+from symdyn.errors import InvalidValue
 from symdyn.legs import is_left
 from symdyn.plots import LEG_COLOURS, stance_bars
+from symdyn.video import Frame, Progress, stretched, write_video
 
 Vector = NDArray[np.float64]
-Frame = NDArray[np.uint8]
-Progress = Callable[[int, int], None]
 
-FORMATS = (".gif", ".mp4")
 _SKY, _EARTH, _TORSO = "#FFFFFF", "#E9E4DC", "#3C4650"
 _HEIGHT_SHARE = 0.76
 """Of the picture, above the strip of footfalls."""
 _FAR = np.array([0.03, 0.025])
 """By how much the far legs are drawn off their place [rest length], so that legs which move together both show."""
 _COILS = 5
-_PALETTE = 128
 
 
 @dataclass(frozen=True)
@@ -103,11 +99,7 @@ def animate(
         FileProblem: if the file cannot be written.
     """
     config = config or AnimationConfig()
-    if path.suffix.lower() not in FORMATS:
-        raise InvalidValue("The suffix of an animation's path", path.suffix, f"one of {', '.join(FORMATS)}")
-    write = _write_gif if path.suffix.lower() == ".gif" else _mp4_writer()
-    with replacing(path) as temporary:
-        write(temporary, frames(orbit, name, config, units, progress), config)
+    write_video(path, frames(orbit, name, config, units, progress), config.fps)
 
 
 def frames(
@@ -283,8 +275,7 @@ def slowed(orbit: Orbit, config: AnimationConfig, units: Units | None) -> str:
     shown = config.frames_a_stride / config.fps
     if units is None:
         return rf"1 s shows {orbit.period / shown:.3g} $\sqrt{{D/g}}$"
-    factor = shown / (orbit.period * units.time)
-    return f"slow motion, 1 : {factor:.3g}" if factor >= 1.0 else f"{1.0 / factor:.3g} times as fast"
+    return stretched(shown / (orbit.period * units.time))
 
 
 def _marks(width: float, units: Units | None) -> tuple[float, str]:
@@ -293,41 +284,3 @@ def _marks(width: float, units: Units | None) -> tuple[float, str]:
     wanted = width * scale / 4.0
     steps = [m * 10.0**e for e in range(-3, 4) for m in (1.0, 2.0, 5.0)]
     return min(steps, key=lambda step: abs(math.log(step / wanted))) / scale, "m" if units else "$D$"
-
-
-def _write_gif(path: Path, pictures: Iterator[Frame], config: AnimationConfig) -> None:
-    from PIL import Image
-
-    images = [Image.fromarray(picture) for picture in pictures]
-    # one palette for all, from pictures spread over a stride: colours that change between frames flicker
-    some = images[: config.frames_a_stride : max(1, config.frames_a_stride // 8)]
-    width, height = images[0].size
-    sheet = Image.new("RGB", (width, height * len(some)))
-    for i, image in enumerate(some):
-        sheet.paste(image, (0, i * height))
-    palette = sheet.quantize(_PALETTE, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    flat = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    delay = 10 * round(100.0 / config.fps)  # ms; the format counts hundredths of a second
-    flat[0].save(path, format="GIF", save_all=True, append_images=flat[1:], duration=delay, loop=0, optimize=False)
-
-
-def _mp4_writer() -> Callable[[Path, Iterator[Frame], AnimationConfig], None]:
-    try:
-        import imageio_ffmpeg
-    except ModuleNotFoundError:
-        raise ResourceProblem(
-            "MP4 needs imageio-ffmpeg, which is not installed: pip install 'symdyn-gaits[video]', or take a GIF."
-        ) from None
-
-    def write(path: Path, pictures: Iterator[Frame], config: AnimationConfig) -> None:
-        stream = imageio_ffmpeg.write_frames(
-            str(path), config.size, fps=config.fps, macro_block_size=2, quality=7, ffmpeg_log_level="error"
-        )
-        stream.send(None)
-        try:
-            for picture in pictures:
-                stream.send(np.ascontiguousarray(picture))
-        finally:
-            stream.close()
-
-    return write
