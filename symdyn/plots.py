@@ -73,27 +73,43 @@ def footfall_diagram(recording: Recording, title: str) -> Figure:
     """
     figure = Figure(figsize=(10.0, 2.9), layout="constrained")
     axes = figure.add_subplot()
-    time = recording.time
-    for row, leg in enumerate(LEGS):
-        for start, stop in _runs(recording.desired_stance[:, row]):
-            bar = [(time[start], (stop - start) * recording.dt)]
-            axes.broken_barh(bar, (row - _BAR / 2, _BAR), facecolors="none", edgecolors="black", linewidth=1.0)
-        for start, stop in _runs(recording.contact[:, row]):
-            bar = [(time[start], (stop - start) * recording.dt)]
-            axes.broken_barh(bar, (row - _BAR / 4, _BAR / 2), facecolors=LEG_COLOURS[leg], linewidth=0)
-    changes = np.flatnonzero((np.diff(recording.offsets, axis=0) != 0.0).any(axis=1)) + 1
-    starts = [0, *changes.tolist()]
-    for change in changes:
-        axes.axvline(time[change], color="black", linestyle=":", linewidth=1.2)
-    if len(changes):
-        for start, stop in pairwise([*starts, len(time)]):
+    changes = footfall_bars(axes, recording)
+    if changes:
+        for start, stop in pairwise([0, *changes, len(recording.time)]):
             middle = (start + stop) / 2 * recording.dt
             axes.text(middle, -0.62, _gait_label(recording.offsets[start]), ha="center", va="bottom", fontsize=9)
-    _leg_rows(axes, above=0.45 if len(changes) else 0.0)
-    axes.set_xlim(0.0, len(time) * recording.dt)
+        _leg_rows(axes, above=0.45)
     axes.set_xlabel("time [s]   (hollow: desired stance, solid: contact)")
     axes.set_title(title, wrap=True)
     return figure
+
+
+def footfall_bars(axes: Axes, recording: Recording) -> list[int]:
+    """Draw desired stance as hollow bars, contacts as solid bars inside them, a row a leg, over time in s.
+
+    A dotted line stands where the commanded gait changes.
+
+    Args:
+        axes: to draw into; its limits are set to the whole recording.
+        recording: what to show.
+
+    Returns:
+        The first sample of every gait but the first.
+    """
+
+    def bars(state: NDArray[np.bool_]) -> list[tuple[float, float]]:
+        return [(start * recording.dt, (stop - start) * recording.dt) for start, stop in _runs(state)]
+
+    for row, leg in enumerate(LEGS):
+        desired, realised = bars(recording.desired_stance[:, row]), bars(recording.contact[:, row])
+        axes.broken_barh(desired, (row - _BAR / 2, _BAR), facecolors="none", edgecolors="black", linewidth=1.0)
+        axes.broken_barh(realised, (row - _BAR / 4, _BAR / 2), facecolors=LEG_COLOURS[leg], linewidth=0)
+    changes = np.flatnonzero((np.diff(recording.offsets, axis=0) != 0.0).any(axis=1)) + 1
+    for change in changes:
+        axes.axvline(change * recording.dt, color="black", linestyle=":", linewidth=1.2)
+    _leg_rows(axes)
+    axes.set_xlim(0.0, len(recording.time) * recording.dt)
+    return changes.tolist()
 
 
 def gait_diagram(gait: Gait, duty: float, strides: int = 2) -> Figure:
