@@ -9,7 +9,7 @@ from typing import Any
 
 from rl import protocols, summaries
 from rl.protocols import Suite
-from rl.simulate import Episode, run
+from rl.simulate import Episode, Script, run_grouped
 from symdyn import metrics
 from symdyn.gaits import LIBRARY
 from symdyn.policy import Policy
@@ -44,27 +44,26 @@ def evaluate(
         suite: what to run.
         on_progress: called with the episodes done and those in all.
     """
-    constant = protocols.constant_scripts(suite)
-    velocity = protocols.velocity_scripts(suite) if suite.sequences else {}
-    gait_sequence = protocols.gait_scripts(suite) if suite.sequences else []
-    transitions = protocols.transition_scripts(suite)
-    scripts = [
-        *(script for group in constant.values() for script in group),
-        *(script for group in velocity.values() for script in group),
-        *gait_sequence,
-        *transitions.values(),
-    ]
-    total = len(scripts)
-    progress = None if on_progress is None else lambda done: on_progress(done, total)
-    left = iter(run(policy, scripts, progress))
-    constant_runs = {key: [next(left) for _ in group] for key, group in constant.items()}
-    velocity_runs = {key: [next(left) for _ in group] for key, group in velocity.items()}
-    gait_runs = [next(left) for _ in gait_sequence]
-    transition_runs = {key: next(left) for key in transitions}
+    groups: dict[tuple, list[Script]] = {}
+    for key, scripts in protocols.constant_scripts(suite.gaits, suite.speeds, suite.seeds, suite.constant_s).items():
+        groups["constant", *key] = scripts
+    if suite.sequences:
+        groups["gaits",] = protocols.gait_scripts(suite.seeds)
+        for gait, scripts in protocols.velocity_scripts(suite.gaits, suite.seeds).items():
+            groups["velocity", gait] = scripts
+    switches = protocols.transition_scripts(
+        suite.gaits, suite.transition_speeds, suite.seeds[:1], suite.transition_hold_s
+    )
+    for key, scripts in switches.items():
+        groups["switch", *key] = scripts
+    episodes = run_grouped(policy, groups, on_progress)
+    constant_runs = {key[1:]: found for key, found in episodes.items() if key[0] == "constant"}
+    velocity_runs = {key[1]: found for key, found in episodes.items() if key[0] == "velocity"}
+    gait_runs = episodes.get(("gaits",), [])
     reversal = policy.metadata.time_reversal
     table: dict[str, dict[str, Any]] = {gait: {} for gait in suite.gaits}
-    for (gait, speed), episodes in constant_runs.items():
-        table[gait][f"{speed:g}"] = summaries.constant(gait, episodes, reversal)
+    for (gait, speed), found in constant_runs.items():
+        table[gait][f"{speed:g}"] = summaries.constant(gait, found, reversal)
     result = {
         "suite": suite.name,
         "policy": str(path),
@@ -72,14 +71,14 @@ def evaluate(
         "seeds": list(suite.seeds),
         "protocol": _describe(suite),
         "gaits": table,
-        "transitions": [summaries.transition(key, episode, reversal) for key, episode in transition_runs.items()],
+        "transitions": [summaries.transition(key, episodes["switch", *key][0], reversal) for key in switches],
         "velocity_sequence": {
-            gait: summaries.velocity_steps(gait, episodes, reversal) for gait, episodes in velocity_runs.items()
+            gait: summaries.velocity_steps(gait, found, reversal) for gait, found in velocity_runs.items()
         },
         "gait_sequence": summaries.gait_steps(gait_runs, reversal) if gait_runs else {},
         "keys": {**metrics.KEYS, **summaries.EXTRA_KEYS},
     }
-    first = {gait: episodes[0] for gait, episodes in velocity_runs.items()}
+    first = {gait: found[0] for gait, found in velocity_runs.items()}
     return Evaluation(summaries.jsonable(result), first, gait_runs[0] if gait_runs else None)
 
 

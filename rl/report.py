@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rl.evaluate import Evaluation
+from rl.markdown import number, table
 from symdyn.files import write_json, write_text
 from symdyn.plots import footfall_diagram, learning_curves, metric_bars, save, velocity_tracking
 
@@ -111,49 +112,31 @@ def _sentence(text: str) -> str:
     return text[0].upper() + text[1:] + "."
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
-
-
-def _header(cells: Sequence[str]) -> list[str]:
-    return [_row(cells), _row(["---"] * len(cells))]
-
-
 def _constant_table(gaits: Mapping[str, Mapping[str, Mapping[str, float | None]]]) -> list[str]:
     rows = [
-        _row([gait, speed, *(_number(values.get(key)) for key in _COLUMNS)])
+        [gait, speed, *(number(values.get(key)) for key in _COLUMNS)]
         for gait, by_speed in gaits.items()
         for speed, values in by_speed.items()
     ]
-    return [*_header(["gait", "command, m/s", *_COLUMNS.values()]), *rows]
+    return table(["gait", "command, m/s", *_COLUMNS.values()], rows)
 
 
 def _sequence_table(sequence: Mapping[str, Any]) -> list[str]:
     keys = ("gait_identity", "phase_error", "gc_stance", "gc")
-    rows = [_row([gait, *(_number(values[key]) for key in keys)]) for gait, values in sequence["by_gait"].items()]
-    whole = _row(["all", "-", "-", _number(sequence["gc_stance"]), "-"])
+    rows = [[gait, *(number(values[key]) for key in keys)] for gait, values in sequence["by_gait"].items()]
+    rows.append(["all", "-", "-", number(sequence["gc_stance"]), "-"])
     fell = f"Fell in {sequence['fell']:.0%} of the runs. The paper reports GC stance 0.07."
-    return [*_header(["gait", *(_COLUMNS[key] for key in keys)]), *rows, whole, "", fell]
+    return [*table(["gait", *(_COLUMNS[key] for key in keys)], rows), "", fell]
 
 
 def _velocity_table(sequence: Mapping[str, Any]) -> list[str]:
+    keys = ("settling_time", "speed_error", "y_error")
     rows = [
-        _row(
-            [
-                gait,
-                step,
-                *(_number(values[k]) for k in ("settling_time", "speed_error", "y_error")),
-                f"{run['fell']:.0%}",
-            ]
-        )
+        [gait, step, *(number(values[k]) for k in keys), f"{run['fell']:.0%}"]
         for gait, run in sequence.items()
         for step, values in run["by_step"].items()
     ]
-    return [*_header(["gait", "command, m/s", "settling time, s", "speed error, m/s", "v_y error, m/s", "fell"]), *rows]
+    return table(["gait", "command, m/s", "settling time, s", "speed error, m/s", "v_y error, m/s", "fell"], rows)
 
 
 def _transition_table(transitions: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -163,6 +146,6 @@ def _transition_table(transitions: Sequence[Mapping[str, Any]]) -> list[str]:
         within_one = sum(1 for t in of_speed if t["strides_to_switch"] is not None and t["strides_to_switch"] <= 1)
         never = sum(1 for t in of_speed if t["strides_to_switch"] is None)
         fell = sum(1 for t in of_speed if t["fell"])
-        rows.append(_row([f"{speed:g}", str(len(of_speed)), str(within_one), str(never), str(fell)]))
+        rows.append([f"{speed:g}", str(len(of_speed)), str(within_one), str(never), str(fell)])
     head = ["speed, m/s", "ordered pairs", "in the new gait within one stride", "never in the new gait", "fell"]
-    return [*_header(head), *rows]
+    return table(head, rows)

@@ -6,8 +6,10 @@ training calls.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -33,6 +35,8 @@ CONTACT_FORCE = 1.0
 """N; a foot that bears more is in contact."""
 
 _AT_ONCE = 96
+
+K = TypeVar("K")
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,26 @@ def run(
         if on_progress is not None:
             on_progress(len(found))
     return [found[i] for i in range(len(scripts))]
+
+
+def run_grouped(
+    policy: Policy,
+    groups: Mapping[K, Sequence[Script]],
+    on_progress: Callable[[int, int], None] | None = None,
+    terrain: Terrain | None = None,
+) -> dict[K, list[Episode]]:
+    """Run groups of scripts all together: the episodes of each group, in the order of its scripts.
+
+    Args:
+        policy: to run.
+        groups: of scripts.
+        on_progress: called with the number of scripts done and that of all.
+        terrain: as for :func:`run`.
+    """
+    scripts = [script for group in groups.values() for script in group]
+    watch = None if on_progress is None else lambda done: on_progress(done, len(scripts))
+    episodes = iter(run(policy, scripts, watch, terrain))
+    return {key: list(islice(episodes, len(group))) for key, group in groups.items()}
 
 
 def _groups(order: list[int]) -> Iterator[list[int]]:

@@ -94,6 +94,12 @@ GROUPS: dict[str, dict[str, Command]] = {
             "the paper's metrics and figures for a policy file",
             "symdyn evaluate mine.onnx --suite quick --out out/mine",
         ),
+        "experiment": Command(
+            "rl.cli.experiment",
+            "rl",
+            "the experiments of the paper's Results section, each with figures and a table paper against ours",
+            "symdyn experiment velocity gaits --out out/experiments",
+        ),
         "demo": Command(
             "rl.cli.demo", "rl", "train for a few minutes, then evaluate what came out", "symdyn demo --out out/demo"
         ),

@@ -1,0 +1,96 @@
+"""What an experiment is given, and what it gives back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from matplotlib.figure import Figure
+
+from rl.simulate import Episode, Script, run_grouped
+from rl.terrain import Terrain
+from symdyn.policy import Policy
+
+K = TypeVar("K")
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The policy on trial, and how thoroughly it is tried.
+
+    Attributes:
+        policy: to be judged.
+        path: its file.
+        seeds: of everything random; each is an initial stride phase, and the first decides random sequences and ground.
+        watch: called with what is done and what there is to do, of any unit.
+        runs: directory of the policies of the ablation, ``VARIANT-SEED/policy.onnx``.
+        learning: training runs whose checkpoints show how learning went.
+    """
+
+    policy: Policy
+    path: Path
+    seeds: tuple[int, ...]
+    watch: Callable[[int, int], None] = lambda done, total: None
+    runs: Path = Path("runs/ablation")
+    learning: tuple[Path, ...] = ()
+
+    @property
+    def time_reversal(self) -> bool:
+        """Whether the policy's leg phases run backwards with the robot."""
+        return self.policy.metadata.time_reversal
+
+    def simulate(self, groups: Mapping[K, Sequence[Script]], terrain: Terrain | None = None) -> dict[K, list[Episode]]:
+        """Run groups of scripts with the policy: :func:`rl.simulate.run_grouped`."""
+        return run_grouped(self.policy, groups, self.watch, terrain)
+
+
+@dataclass(frozen=True)
+class Target:
+    """One number that an experiment is about, beside what the paper has and what this project wants.
+
+    Attributes:
+        what: the number in words, with its unit.
+        here: as measured; inf or nan where there is none.
+        goal: what it should be.
+        at_least: whether it should be at least the goal; at most if False.
+        paper: the paper's figure, as the paper words it.
+    """
+
+    what: str
+    here: float
+    goal: float
+    at_least: bool = False
+    paper: str = "-"
+
+    @property
+    def met(self) -> bool:
+        """Whether the goal is reached; a number that does not exist reaches none."""
+        if math.isnan(self.here):
+            return False
+        return self.here >= self.goal if self.at_least else self.here <= self.goal
+
+
+@dataclass(frozen=True)
+class Result:
+    """An experiment's outcome.
+
+    Attributes:
+        name: of the experiment.
+        title: what it asks.
+        protocol: what was run, in sentences.
+        metrics: every number, for ``metrics.json``.
+        targets: those that matter.
+        figures: file name to figure and caption.
+        remarks: what a reader must know to understand the numbers, a sentence each.
+    """
+
+    name: str
+    title: str
+    protocol: str
+    metrics: dict[str, Any]
+    targets: tuple[Target, ...] = ()
+    figures: Mapping[str, tuple[Figure, str]] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()

@@ -1,0 +1,143 @@
+"""Does it keep its feet: random sequences of commands, and a robot that is not the one it was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from rl.batch_physics import BatchPhysics
+from rl.commands import CommandConfig
+from rl.env import EnvConfig, GaitEnv, ResetConfig
+from rl.experiments import figures
+from rl.experiments.result import Result, Subject, Target
+from rl.late_physics import LatePhysics
+from rl.model import build_model
+from rl.protocols import random_scripts
+from rl.randomization import NOMINAL, RandomizationConfig
+from rl.simulate import robot_of
+from symdyn.gaits import PAPER_GAITS
+
+SEQUENCES = 100
+TOP_SPEED = 1.8
+"""m/s, of the random sequences."""
+
+HOLD_S, SEQUENCE_S = 2.0, 20.0
+ROBOTS = 256
+EPISODE_S = 30.0
+_CHANGES_S = (2.0, 6.0)
+
+
+@dataclass(frozen=True)
+class World:
+    """What a column of the table is like.
+
+    Attributes:
+        what: in words.
+        randomization: of the robots.
+        late: whether every command arrives one control step late.
+    """
+
+    what: str
+    randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
+    late: bool = False
+
+
+_PAPER = RandomizationConfig()
+WORLDS: Mapping[str, World] = MappingProxyType(
+    {
+        "nominal": World("the nominal robot, no noise", NOMINAL),
+        "randomised": World("the paper's randomisation: mass, friction, pushes, noise", _PAPER),
+        "pushes": World("the same with pushes of up to 0.5 m/s along x and y", replace(_PAPER, push=(-0.5, 0.5))),
+        "payload +3 kg": World("the same with 3 kg on the trunk", replace(_PAPER, added_mass=(3.0, 3.0))),
+        "payload -3 kg": World("the same with a trunk 3 kg lighter", replace(_PAPER, added_mass=(-3.0, -3.0))),
+        "friction 0.3": World("the same with 0.3 of the friction", replace(_PAPER, friction=(0.3, 0.3))),
+        "latency 20 ms": World("the same with every command a control step late", _PAPER, late=True),
+    }
+)
+
+
+def run(subject: Subject, sequences: int = SEQUENCES, robots: int = ROBOTS, seconds: float = EPISODE_S) -> Result:
+    """Random sequences on the nominal robot, then many robots in each world."""
+    scripts = random_scripts(sequences, PAPER_GAITS, TOP_SPEED, HOLD_S, SEQUENCE_S, subject.seeds[0])
+    steps = round(seconds / subject.policy.metadata.control_dt)
+    total = sequences + len(WORLDS) * steps
+    episodes = replace(subject, watch=lambda done, _: subject.watch(done, total)).simulate({"random": scripts})[
+        "random"
+    ]
+    falls = [episode for episode in episodes if episode.fell_at is not None]
+    stood = {}
+    for rank, (name, world) in enumerate(WORLDS.items()):
+        before = sequences + rank * steps
+        fell = _fell(subject, world, robots, seconds, lambda done, before=before: subject.watch(before + done, total))
+        stood[name] = float(1.0 - fell.mean())
+    return Result(
+        name="robustness",
+        title="Does it keep its feet?",
+        protocol=f"Sequences: {sequences} of a new gait and a new velocity in +-{TOP_SPEED:g} m/s every {HOLD_S:g} s "
+        f"for {SEQUENCE_S:g} s, reversals included, nominal robot. Worlds: {robots} robots, episodes of {seconds:g} s, "
+        f"a new velocity in +-2 m/s and a new gait each {_CHANGES_S[0]:g} to {_CHANGES_S[1]:g} s; "
+        + "; ".join(f"{name}: {world.what}" for name, world in WORLDS.items())
+        + ".",
+        metrics={
+            "sequences": {"run": sequences, "fell": len(falls), "falls": [_describe(e) for e in falls]},
+            "did_not_fall": stood,
+            "robots": robots,
+        },
+        targets=(
+            Target(f"falls in {sequences} random sequences", float(len(falls)), 0.0),
+            *(
+                Target(f"{name}: share of robots that did not fall", share, 0.99, at_least=True)
+                for name, share in stood.items()
+            ),
+        ),
+        figures={
+            "robustness.png": (
+                figures.rate_bars(stood, f"{robots} robots, {seconds:g} s ({subject.path.name})", "did not fall"),
+                "Share of robots that did not fall.",
+            )
+        },
+    )
+
+
+def _describe(episode) -> dict:
+    """What was commanded when it fell."""
+    before = [s for s in episode.script.segments if s.start <= episode.fell_at][-2:]
+    return {
+        "sequence": episode.script.name,
+        "fell_at_s": episode.fell_at,
+        "commands": [{"start_s": s.start, "gait": s.gait.name, "velocity_x": s.velocity[0]} for s in before],
+    }
+
+
+def _fell(subject: Subject, world: World, robots: int, seconds: float, watch) -> NDArray[np.bool_]:
+    """Which of the robots fell at least once in their first episode, (robots,)."""
+    policy = subject.policy
+    robot = robot_of(policy)
+    physics = (LatePhysics if world.late else BatchPhysics)(build_model(robot), robot, robots)
+    config = EnvConfig(
+        episode_s=2.0 * seconds,  # no robot is put back before the end
+        commands=CommandConfig(
+            velocity_first_s=_CHANGES_S,
+            velocity_again_s=_CHANGES_S,
+            gait_first_s=_CHANGES_S,
+            gait_again_s=_CHANGES_S,
+            time_reversal=subject.time_reversal,
+        ),
+        randomization=world.randomization,
+        reset=ResetConfig(),
+    )
+    env = GaitEnv(config, physics, policy.timing, seed=subject.seeds[0], robot=robot)
+    fell = np.zeros(robots, dtype=np.bool_)
+    obs = env.get_observations()["policy"]
+    for step in range(round(seconds / robot.control_dt)):
+        actions = torch.from_numpy(policy.act(obs.numpy())).float()
+        found, _, dones, _ = env.step(actions)
+        obs = found["policy"]
+        fell |= dones.numpy().astype(np.bool_)
+        watch(step + 1)
+    return fell
