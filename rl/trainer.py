@@ -67,7 +67,7 @@ class Trainer:
         """Environment steps of one update."""
         return self.config.num_envs * self.config.ppo.steps
 
-    def start_from(self, run: Path) -> dict[str, Any]:
+    def start_from(self, run: Path, std: float | None = None) -> dict[str, Any]:
         """Begin with what another run has learned: networks, action noise, and the optimiser with its learning rate.
 
         Everything else is new: the robots, the random numbers, and the count of samples that the curriculum and the
@@ -75,10 +75,11 @@ class Trainer:
 
         Args:
             run: directory of the other run, whose newest checkpoint is taken.
+            std: standard deviation to set the action noise of every joint to; that of the other run if None.
 
         Returns:
             Where this run comes from, for ``origin.json``: that run's directory and seed, and the updates, samples and
-            seconds of training behind it, those of its own ancestors included.
+            seconds of training behind it, those of its own ancestors included; and ``std``.
 
         Raises:
             FileProblem: if it is no run, has no checkpoint that can be read, or has other networks.
@@ -86,6 +87,9 @@ class Trainer:
         its = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
         state = checkpoint.load_newest(run)
         self._load_learner(state, run)
+        if std is not None:
+            with torch.no_grad():
+                self.ppo.get_policy().distribution.log_std_param.fill_(math.log(std))
         before = run_dir.ancestor(run)
         return {
             "run": str(run),
@@ -93,6 +97,7 @@ class Trainer:
             "iteration": state["iteration"],
             "samples": before["samples"] + state["iteration"] * its.num_envs * its.ppo.steps,
             "seconds": before["seconds"] + state["seconds"],
+            "std": std,
         }
 
     def resume(self) -> None:

@@ -7,6 +7,7 @@ from rl.threads import wait_passively
 wait_passively()  # before torch
 
 import argparse  # noqa: E402
+import math  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
 from dataclasses import dataclass, field, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
@@ -29,8 +30,8 @@ from symdyn.origin import commit  # noqa: E402
 @dataclass(frozen=True)
 class TrainArguments:
     """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), polish
-    (exact timing, to be started from a run of cpu), paper (section III-E of the paper), smoke (seconds, to see that it
-    runs). --preset sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
+    (to be started from a run of cpu: sudden reversals, less effort), sharpen (to be started from a run of polish: exact
+    timing), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
 
     Attributes:
         out: directory of the new run; runs/DATE-TIME-PRESET if left out.
@@ -38,12 +39,14 @@ class TrainArguments:
             --iterations, the total, may be given anew.
         start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
             setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
+        start_std: standard deviation of the action noise to start with instead of that run's: less noise, more exact timing.
         config: settings.
     """
 
     out: Path | None = None
     resume: Path | None = None
     start_from: Path | None = None
+    start_std: float | None = None
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
 
 
@@ -71,6 +74,11 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
     else:
         default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
     args = tyro.cli(TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train")
+    if args.start_std is not None:
+        if args.start_from is None:
+            raise InvalidValue("--start-std", args.start_std, "left out without --start-from")
+        if not 0.0 < args.start_std < math.inf:
+            raise InvalidValue("--start-std", args.start_std, "a number > 0")
     if args.resume is not None:
         changed = config_file.differences(replace(args.config, iterations=default.iterations), default)
         if changed:
@@ -90,7 +98,7 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
     trainer = Trainer(config, directory)  # refuses bad settings before anything is written
     started_from = None
     if args.start_from is not None:
-        started_from = trainer.start_from(args.start_from)
+        started_from = trainer.start_from(args.start_from, args.start_std)
         console.print(f"Starting from {args.start_from}, after {started_from['samples'] / 1e6:.3g} million samples.")
     if args.resume is not None and checkpoint.list_checkpoints(directory):
         trainer.resume()
