@@ -241,9 +241,9 @@ PRESETS: dict[str, Callable[[], TrainConfig]] = {
     "paper": _paper,
     "smoke": _smoke,
 }
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``, to be started from a run
-of ``cpu``: sudden reversals and less effort. ``sharpen``, to be started from a run of ``polish``: exact timing. ``smoke``:
-to see it run."""
+"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``, to be started from a
+run of ``cpu``: sudden reversals and less effort. ``sharpen``, to be started from a run of ``polish``: exact timing.
+``smoke``: to see it run."""
 
 
 def preset(name: str) -> TrainConfig:

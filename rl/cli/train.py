@@ -31,7 +31,8 @@ from symdyn.origin import commit  # noqa: E402
 class TrainArguments:
     """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), polish
     (to be started from a run of cpu: sudden reversals, less effort), sharpen (to be started from a run of polish: exact
-    timing), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
+    timing), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown
+    below; every one of them is a flag. Ctrl-C saves and says how to go on.
 
     Attributes:
         out: directory of the new run; runs/DATE-TIME-PRESET if left out.
@@ -39,7 +40,7 @@ class TrainArguments:
             --iterations, the total, may be given anew.
         start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
             setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
-        start_std: standard deviation of the action noise to start with instead of that run's: less noise, more exact timing.
+        start_std: standard deviation of the action noise to start with instead of that run's.
         config: settings.
     """
 
