@@ -100,6 +100,12 @@ GROUPS: dict[str, dict[str, Command]] = {
             "the experiments of the paper's Results section, each with figures and a table paper against ours",
             "symdyn experiment velocity gaits --out out/experiments",
         ),
+        "record": Command(
+            "rl.cli.record",
+            "rl",
+            "a film of a policy that goes through gaits and speeds, with its footfalls (MP4 or GIF)",
+            "symdyn record mine.onnx --gaits trot rotary_gallop --speeds 0.8 --out out/mine.mp4",
+        ),
         "demo": Command(
             "rl.cli.demo", "rl", "train for a few minutes, then evaluate what came out", "symdyn demo --out out/demo"
         ),

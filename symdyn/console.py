@@ -6,11 +6,18 @@ import logging
 
 from rich.console import Console
 from rich.logging import RichHandler
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 
 def make_console() -> Console:
     """A console on standard output."""
     return Console(highlight=False)
+
+
+def frames_progress(console: Console) -> Progress:
+    """A bar for the frames of a moving picture, which goes away when it is done."""
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    return Progress(*columns, console=console, transient=True)
 
 
 def log_to(console: Console, level: int = logging.INFO) -> None:

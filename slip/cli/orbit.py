@@ -12,7 +12,6 @@ import numpy as np
 import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from slip.animation import AnimationConfig, animate
@@ -24,7 +23,7 @@ from slip.orbit_figure import orbit_figure
 from slip.orbit_report import OrbitReport
 from slip.orbit_symmetry import Image
 from slip.solve import NoOrbit, orbits_at
-from symdyn.console import log_to, make_console
+from symdyn.console import frames_progress, log_to, make_console
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
 from symdyn.files import writable_directory, write_json
 from symdyn.legs import LEGS
@@ -216,8 +215,7 @@ def _forces(report: OrbitReport) -> list[float]:
 
 
 def _animate(console: Console, report: OrbitReport, path: Path, name: str, args: OrbitArguments) -> None:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
+    with frames_progress(console) as progress:
         task = progress.add_task(f"Drawing {path.name}", total=None)
         animate(
             report.orbit,
