@@ -27,8 +27,8 @@ STRIDES_SHOWN = 4
 _PICTURE_SHARE = 0.72
 """Of a frame's height, above the strip of footfalls."""
 
-_INCHES = 8.0
-"""Width of the figure, so that letters and lines keep their share of a frame of any size."""
+_INCHES = (8.0, 4.5)
+"""Size of the figure, of which the smaller counts: letters and lines keep their share of a frame of any size."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,8 @@ class _Page:
         self.picture_size = width, round(_PICTURE_SHARE * height)
         self._episode, self._recording = episode, recording
         self._speed = stride_average(recording.velocity_h[:, 0], recording.period, recording.dt)
-        self._figure = Figure(figsize=(_INCHES, _INCHES * height / width), dpi=width / _INCHES, facecolor="white")
+        dpi = min(width / _INCHES[0], height / _INCHES[1])
+        self._figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
         self._canvas = FigureCanvasAgg(self._figure)
         blank = np.zeros((self.picture_size[1], width, 3), dtype=np.uint8)
         self._picture = self._figure.figimage(blank, xo=0, yo=height - self.picture_size[1], origin="upper", zorder=-1)
