@@ -217,8 +217,17 @@ def _polish() -> TrainConfig:
 
 def _sharpen() -> TrainConfig:
     polish = _polish()
-    # 0.3 per N makes a foot that merely touches in its swing cost almost what one that stands there does
-    rewards = replace(polish.env.rewards, temporal=0.8, force_rate=0.3, foot_speed_rate=3.0, torque_change=0.1)
+    rewards = replace(
+        polish.env.rewards,
+        x_velocity=0.8,
+        x_rate=5.0,
+        temporal=0.8,
+        force_rate=0.3,  # a foot that merely touches in its swing costs almost what one that stands there does
+        foot_speed_rate=3.0,
+        morphological=0.6,
+        pair_rate=0.6,  # diagonal legs of a trot differ by 1 to 2 rad in sum
+        torque_change=0.1,
+    )
     return replace(
         polish,
         preset="sharpen",

@@ -78,7 +78,7 @@ class Trainer:
             std: standard deviation to set the action noise of every joint to; that of the other run if None.
 
         Returns:
-            Where this run comes from, for ``origin.json``: that run's directory and seed, and the updates, samples and
+            Where this run comes from, for ``origin.json``: that run's name and seed, and the updates, samples and
             seconds of training behind it, those of its own ancestors included; and ``std``.
 
         Raises:
@@ -92,7 +92,7 @@ class Trainer:
                 self.ppo.get_policy().distribution.log_std_param.fill_(math.log(std))
         before = run_dir.ancestor(run)
         return {
-            "run": str(run),
+            "run": run.resolve().name,
             "seed": its.seed,
             "iteration": state["iteration"],
             "samples": before["samples"] + state["iteration"] * its.num_envs * its.ppo.steps,

@@ -107,7 +107,10 @@ GROUPS: dict[str, dict[str, Command]] = {
             "symdyn record mine.onnx --gaits trot rotary_gallop --speeds 0.8 --out out/mine.mp4",
         ),
         "demo": Command(
-            "rl.cli.demo", "rl", "train for a few minutes, then evaluate what came out", "symdyn demo --out out/demo"
+            "rl.cli.demo",
+            "rl",
+            "a report on the policy that comes with symdyn, in a minute",
+            "symdyn demo --out out/demo",
         ),
     },
 }

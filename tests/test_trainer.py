@@ -11,9 +11,12 @@ import pytest
 import torch
 
 from rl import checkpoint, run_log
+from rl.cli.train import start
 from rl.config import TrainConfig, preset
+from rl.export import export_policy
 from rl.trainer import Trainer
 from symdyn.errors import FileProblem
+from symdyn.policy import Policy
 
 
 def _config(**changes) -> TrainConfig:
@@ -96,6 +99,53 @@ def test_a_damaged_newest_checkpoint_costs_only_the_updates_since_the_one_before
     trainer.resume()
     assert trainer.iteration == 2
     assert newest.name in caplog.text
+
+
+def test_a_run_started_from_another_has_its_networks_and_nothing_else(tmp_path):
+    before = _trained(_config(iterations=4), tmp_path / "before")
+    start(before)
+    after = Trainer(_config(seed=5), tmp_path / "after")
+    came_from = after.start_from(tmp_path / "before")
+    assert _equal(_weights(before), _weights(after))
+    assert after.ppo.learning_rate == before.ppo.learning_rate
+    assert after.iteration == 0
+    assert came_from["samples"] == 4 * before.samples_per_iteration
+    assert (came_from["run"], came_from["seed"], came_from["iteration"]) == ("before", 0, 4)
+    states = [trainer.env.state_dict()["physics"]["state"] for trainer in (before, after)]
+    assert not torch.equal(*states), "robots of its own"
+
+
+def test_samples_and_seconds_add_up_over_a_chain_of_runs_and_into_the_policy_file(tmp_path):
+    chain = [tmp_path / name for name in ("a", "b", "c")]
+    total = 0.0
+    for before, run in zip([None, *chain], chain, strict=False):
+        trainer = Trainer(_config(iterations=2), run)
+        start(trainer, None if before is None else trainer.start_from(before))
+        assert trainer.train()
+        total += trainer.seconds
+    last = Trainer(_config(), tmp_path / "d")
+    found = last.start_from(chain[-1])
+    assert found["samples"] == 6 * last.samples_per_iteration
+    assert found["seconds"] == pytest.approx(total)
+    policy = Policy.load(export_policy(chain[-1]))
+    assert policy.metadata.training["samples"] == 6 * last.samples_per_iteration
+
+
+def test_the_noise_to_start_with_is_that_of_every_joint(tmp_path):
+    start(_trained(_config(iterations=2), tmp_path / "before"))
+    after = Trainer(_config(), tmp_path / "after")
+    after.start_from(tmp_path / "before", std=0.2)
+    after.ppo.act(after.env.get_observations())
+    assert after.ppo.get_policy().output_std == pytest.approx(torch.full((8, 12), 0.2))
+
+
+def test_a_run_with_other_networks_is_no_start(tmp_path):
+    start(_trained(_config(iterations=2), tmp_path / "before"))
+    other = _config()
+    with pytest.raises(FileProblem, match="another configuration"):
+        Trainer(replace(other, ppo=replace(other.ppo, hidden=(16,))), tmp_path / "after").start_from(
+            tmp_path / "before"
+        )
 
 
 def test_old_checkpoints_go_but_every_kept_one_stays(tmp_path):

@@ -17,6 +17,7 @@ from rich.progress import Progress  # noqa: E402
 
 from rl import protocols, report, run_log  # noqa: E402
 from rl.evaluate import evaluate  # noqa: E402
+from rl.pretrained import policy_path  # noqa: E402
 from rl.sweep import SweepConfig, sweep  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.files import writable_directory  # noqa: E402
@@ -32,14 +33,14 @@ class EvaluateArguments:
     each costs, from which symdyn fit-curves --trials calibrates new curves. Interrupted, it goes on where it stopped.
 
     Attributes:
-        policy: the file.
+        policy: the file; the one that comes with symdyn if left out.
         suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
         out: directory of the results; the policy's name under out/ if left out.
         sweep_timing: write timing_sweep.csv and timing_sweep.json instead of running a suite.
         sweep: what --sweep-timing tries.
     """
 
-    policy: Annotated[Path, tyro.conf.Positional]
+    policy: Annotated[Path | None, tyro.conf.Positional] = None
     suite: str = "quick"
     out: Path | None = None
     sweep_timing: bool = False
@@ -51,13 +52,14 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(EvaluateArguments, args=list(arguments), prog="symdyn evaluate")
     console = make_console()
     log_to(console)
-    out = args.out or Path("out") / args.policy.stem
+    policy = args.policy or policy_path()
+    out = args.out or Path("out") / policy.stem
     if args.sweep_timing:
-        table = sweep_timing(args.policy, args.sweep, out, console)
+        table = sweep_timing(policy, args.sweep, out, console)
         console.print(f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
         console.print(f"  symdyn fit-curves --trials {table.with_suffix('.json')}")
         return 0
-    written = judge(args.policy, args.suite, out, console)
+    written = judge(policy, args.suite, out, console)
     console.print(f"Wrote {written}, with metrics.json and figures beside it.")
     return 0
 

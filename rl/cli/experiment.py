@@ -16,7 +16,7 @@ import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.progress import Progress  # noqa: E402
 
-from rl.experiments import ablation, report  # noqa: E402
+from rl.experiments import ablation, learning, report  # noqa: E402
 from rl.experiments.catalogue import EXPERIMENTS, chosen  # noqa: E402
 from rl.experiments.result import Result, Subject  # noqa: E402
 from rl.pretrained import policy_path  # noqa: E402
@@ -80,6 +80,8 @@ def run(arguments: Sequence[str]) -> int:
                 raise
             console.print(f"Leaving out ablation. {error}")
             names = tuple(name for name in names if name != "ablation")
+    if "learning" in names:
+        learning.checkpoints(args.learning)
     writable_directory(args.out)
     results = [_one(name, subject, args.out, console) for name in names]
     if len(results) > 1:

@@ -23,16 +23,21 @@ SECONDS = 5.0
 _KEYS = ("speed_error", "gc_stance", "gait_identity", "phase_error", "fell")
 
 
-def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
-    """Every kept checkpoint of the subject's learning runs, each gait at each speed.
+def checkpoints(runs: tuple[Path, ...]) -> dict[Path, list[Path]]:
+    """The checkpoints that each run kept, oldest first.
 
     Raises:
         InvalidValue: if no run is given.
         FileProblem: if one is no run.
     """
-    if not subject.learning:
+    if not runs:
         raise InvalidValue("--learning", "nothing", "one or more runs of symdyn train, trained with --keep-every N")
-    chosen = {run: checkpoint.list_checkpoints(run_dir.existing(run)) for run in subject.learning}
+    return {run: checkpoint.list_checkpoints(run_dir.existing(run)) for run in runs}
+
+
+def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
+    """Every kept checkpoint of the subject's learning runs, each gait at each speed; raises as :func:`checkpoints`."""
+    chosen = checkpoints(subject.learning)
     scripts = protocols.constant_scripts(PAPER_GAITS, speeds, subject.seeds[:1], SECONDS)
     total = sum(len(files) for files in chosen.values())
     curves: dict[str, list[dict[str, float]]] = {}

@@ -127,7 +127,7 @@ def test_gaits_shows_the_library_one_gait_and_the_observation(tmp_path):
 def test_help_names_every_command_and_imports_nothing_heavy():
     shown = symdyn("--help")
     assert shown.returncode == 0
-    for name in ("gaits", "train", "export", "evaluate", "demo"):
+    for name in ("gaits", "train", "export", "evaluate", "experiment", "record", "demo"):
         assert f"  {name}" in shown.stdout
         explained = symdyn(name, "--help")
         assert explained.returncode == 0, explained.stderr
