@@ -54,6 +54,8 @@ class RobotPictures:
         self._option.geomgroup[[0, VISUAL_GROUP]] = 1
         self._option.sitegroup[:] = 0
         self.renderer = mujoco.Renderer(self.model, height, width)
+        # squares far away would flicker
+        self.renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
 
     def __enter__(self) -> RobotPictures:
         return self

@@ -36,7 +36,7 @@ _OVER = 1.05
 
 _SUNBEAM = np.array([0.25, 0.35, -1.0]) / np.linalg.norm([0.25, 0.35, -1.0])
 _LIGHT, _DARK = (0.86, 0.86, 0.84), (0.70, 0.72, 0.74)
-_SKY_HIGH, _SKY_LOW = (0.55, 0.68, 0.82), (0.93, 0.95, 0.97)
+_SKY = (0.74, 0.84, 0.93)
 
 
 def build_visual_spec(robot: Robot) -> mujoco.MjSpec:
@@ -121,11 +121,10 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY_HIGH,
-        rgb2=_SKY_LOW,
-        width=256,
-        height=256 * 6,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        rgb1=_SKY,
+        width=16,
+        height=16 * 6,
     )
     spec.add_texture(
         name="squares",
@@ -141,7 +140,9 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
     for geom in spec.worldbody.geoms:
         geom.material = floor.name
-    spec.visual.rgba.haze = [*_SKY_LOW, 1.0]
+    spec.visual.rgba.haze = [*_SKY, 1.0]
+    spec.visual.rgba.fog = [*_SKY, 1.0]
+    spec.visual.map.fogstart, spec.visual.map.fogend = 2.5, 12.0  # in the model's extent
     spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
     spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
     spec.visual.headlight.specular = [0.1, 0.1, 0.1]
