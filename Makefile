@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
 .PHONY: help install demo test check bench clean
 
 help:
-	@echo "make demo     install, train for a few minutes, evaluate, write out/demo/report.md"
+	@echo "make demo     install, judge the policy that comes with symdyn, write out/demo/report.md"
 	@echo "make test     install, run every test"
 	@echo "make install  only install, into $(VENV)"
 	@echo "make check    ruff, pyright, import-linter"

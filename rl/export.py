@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,7 @@ import torch
 from rsl_rl.modules import MLP
 from torch import nn
 
-from rl import checkpoint as checkpoints
-from rl import config_file, run_dir
+from rl import checkpoint, config_file, run_dir
 from rl.config import TrainConfig
 from rl.equivariant import EquivariantMLP, mirror_of_actions, mirror_of_groups
 from symdyn.errors import FileProblem
@@ -37,13 +36,14 @@ _TESTED = 256
 _ACTION_NOISE = ("distribution.log_std_param", "distribution.std_param")
 
 
-def export_policy(run: Path, out: Path | None = None, checkpoint: Path | None = None) -> Path:
+def export_policy(run: Path, out: Path | None = None, checkpoints: Sequence[Path] = ()) -> Path:
     """Write the policy file of a run. No simulator is built.
 
     Args:
         run: directory of the run.
         out: the file; ``RUN/policy.onnx`` if None.
-        checkpoint: to take; the run's newest if None.
+        checkpoints: to take; the run's newest if empty. Of several the mean of the weights is taken (Izmailov et al.
+            2018), and the samples of the one that saw most.
 
     Returns:
         Path of the file, which is whole and was compared with the network.
@@ -53,10 +53,10 @@ def export_policy(run: Path, out: Path | None = None, checkpoint: Path | None = 
             cannot be written. Nothing is left half-written, and an earlier file stays.
     """
     config = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
-    content = checkpoints.load_newest(run) if checkpoint is None else checkpoints.load(checkpoint)
-    origin = checkpoint or run
-    actor = build_actor(content, config, origin)
-    metadata = describe(run, config, content["iteration"])
+    contents = {path: checkpoint.load(path) for path in checkpoints} or {run: checkpoint.load_newest(run)}
+    origin = run if len(contents) > 1 else next(iter(contents))
+    actor = _mean([build_actor(content, config, path) for path, content in contents.items()])
+    metadata = describe(run, config, max(content["iteration"] for content in contents.values()))
     out = out or run / run_dir.POLICY
 
     def write(temporary: Path) -> None:
@@ -100,6 +100,13 @@ def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) ->
     if isinstance(actor, EquivariantMLP):
         actor = actor.plain()
     return actor.eval()
+
+
+def _mean(actors: list[nn.Module]) -> nn.Module:
+    """A network whose weights are the mean of those of networks of one shape: the first of them, changed."""
+    states = [actor.state_dict() for actor in actors]
+    actors[0].load_state_dict({name: torch.stack([s[name] for s in states]).mean(dim=0) for name in states[0]})
+    return actors[0]
 
 
 def _shapes(state: Mapping[str, torch.Tensor]) -> dict[str, str]:

@@ -89,7 +89,7 @@ class Trainer:
         self._load_learner(state, run)
         if std is not None:
             with torch.no_grad():
-                self.ppo.get_policy().distribution.log_std_param.fill_(math.log(std))
+                self.ppo.get_policy().get_parameter("distribution.log_std_param").fill_(math.log(std))
         before = run_dir.ancestor(run)
         return {
             "run": run.resolve().name,

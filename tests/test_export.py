@@ -159,10 +159,22 @@ class TestGood:
 
     def test_a_given_checkpoint(self, run: Path, exported: Path) -> None:
         older = checkpoint.list_checkpoints(run)[-2]
-        policy = Policy.load(export_policy(run, checkpoint=older))
+        policy = Policy.load(export_policy(run, checkpoints=(older,)))
         assert policy.metadata.training["samples"] == 2 * 16 * 8
         obs = np.ones((1, OBSERVATION.size))
         assert not np.array_equal(policy.act(obs), Policy.load(exported).act(obs))
+
+    def test_of_several_checkpoints_the_mean_of_the_weights(self, run: Path) -> None:
+        config = config_file.load(run / run_dir.CONFIG)
+        chosen = tuple(checkpoint.list_checkpoints(run)[-2:])
+        mixed = checkpoint.load(chosen[0])
+        other = checkpoint.load(chosen[1])["ppo"]["actor_state_dict"]
+        for name, value in mixed["ppo"]["actor_state_dict"].items():
+            mixed["ppo"]["actor_state_dict"][name] = 0.5 * (value + other[name])
+        wanted = export.build_actor(mixed, config, run)(OBS).detach().numpy()
+        policy = Policy.load(export_policy(run, checkpoints=chosen))
+        assert np.abs(policy.act(OBS.numpy()) - wanted).max() < 1e-5
+        assert policy.metadata.training["samples"] == int(chosen[-1].stem) * 16 * 8
 
     def test_a_damaged_newest_checkpoint_gives_way_to_the_one_before(self, run: Path) -> None:
         checkpoint.list_checkpoints(run)[-1].write_bytes(b"PK\x03\x04 cut short")
@@ -176,7 +188,7 @@ class TestRefused:
         (run / "policy.onnx").write_bytes(b"an earlier one")
         before = files(run)
         with pytest.raises(FileProblem, match=words) as caught:
-            export_policy(run, checkpoint=checkpoint)
+            export_policy(run, checkpoints=() if checkpoint is None else (checkpoint,))
         assert "\n" not in str(caught.value)
         assert files(run) == before
         assert (run / "policy.onnx").read_bytes() == b"an earlier one"

@@ -26,12 +26,13 @@ class ExportArguments:
     Attributes:
         run: directory of the run.
         out: the file; RUN/policy.onnx if left out.
-        checkpoint: a checkpoint of the run other than the newest.
+        checkpoint: a checkpoint of the run other than the newest; the mean of the weights of several, which often runs
+            better than each of them (stochastic weight averaging).
     """
 
     run: Annotated[Path, tyro.conf.Positional]
     out: Path | None = None
-    checkpoint: Path | None = None
+    checkpoint: tuple[Path, ...] = ()
 
 
 def run(arguments: Sequence[str]) -> int:
