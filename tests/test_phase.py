@@ -254,3 +254,18 @@ def test_a_batch_of_any_shape() -> None:
     one = SwingExpectation.of(16.0, np.zeros(1))(leg_phase(phase[1, 2], theta[1, 2], velocity[1, 2]), duty[1, 2])
     assert np.array_equal(one, expected[1, 2])
     assert math.isfinite(float(expected.sum()))
+
+
+@given(phases, offsets, st.floats(-2.0, -0.01), duties)
+def test_backwards_the_time_reversal_map_is_a_later_clock_with_its_swing_moved_by_half_a_stride_minus_beta(
+    phase: float, theta: np.ndarray, velocity: float, beta: float
+) -> None:
+    # docs/method.md: what the policy sees of the clock, sin(2 pi phi_i), cannot tell the map from a clock half a stride
+    # later; the map moves the swing within what it sees, by 1/2 - beta
+    clock, v, duty = np.array([phase]), np.array([velocity]), np.array([beta])
+    mapped = leg_phase(clock, theta[None], v)
+    later = leg_phase(clock + 0.5, theta[None], v, time_reversal=False)
+    assert np.sin(2 * np.pi * mapped) == pytest.approx(np.sin(2 * np.pi * later), abs=1e-9)
+    moved = np.mod(later + 0.5 - duty[:, None], 1.0)
+    clear = np.minimum(on_circle(mapped), on_circle(mapped - (1.0 - beta))) > 1e-9  # at its edges either will do
+    assert np.array_equal(in_swing(mapped, duty)[clear], in_swing(moved, duty)[clear])

@@ -97,7 +97,8 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
         name="ablation",
         title="What are the symmetries worth?",
         protocol=f"Policies {', '.join(samples)}: each gait at each speed for {SECONDS:g} s from a stand, "
-        f"{len(subject.seeds[:PHASES])} initial phases, the first {summaries.SETTLE_S:g} s left out, means over gaits; "
+        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {summaries.SETTLE_S:g} s "
+        "left out, means over gaits; "
         "a policy is judged by the clock that it was trained with.",
         metrics={"speeds": list(speeds), "samples": samples, "curves": spread},
         targets=tuple(targets),
