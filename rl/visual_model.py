@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 from matplotlib.colors import to_rgba
 
-from rl.collada import read_collada
 from rl.model import build_spec
+from rl.visual_mesh import read_visual_mesh
 from symdyn.errors import FileProblem
 from symdyn.legs import LEGS
 from symdyn.plots import LEG_COLOURS
@@ -102,10 +102,10 @@ def _with_visuals(path: Path) -> mujoco.MjSpec:
 
 
 def _add_meshes(spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, factor: float) -> list[tuple[str, list[float]]]:
-    """Name and colour of the meshes that a COLLADA file becomes, one a colour."""
+    """Name and colour of the meshes that a visual mesh becomes, one a colour."""
     file = robots_folder().parent.parent / mesh.file.removeprefix("package://")
     added = []
-    for rank, part in enumerate(read_collada(file)):
+    for rank, part in enumerate(read_visual_mesh(file)):
         name = f"{mesh.name}_{rank}"
         spec.add_mesh(
             name=name,
