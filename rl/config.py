@@ -10,10 +10,11 @@ from typing import Literal
 from rl.commands import CommandConfig
 from rl.curriculum import RewardCurriculum
 from rl.env import EnvConfig, ResetConfig
+from rl.randomization import RandomizationConfig
 from rl.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
 
-PresetName = Literal["cpu", "polish", "sharpen", "paper", "smoke"]
+PresetName = Literal["cpu", "polish", "sharpen", "harden", "paper", "smoke"]
 
 
 @dataclass(frozen=True)
@@ -236,6 +237,14 @@ def _sharpen() -> TrainConfig:
     )
 
 
+def _harden() -> TrainConfig:
+    sharpen = _sharpen()
+    randomization = RandomizationConfig(
+        added_mass=(-3.0, 4.0), friction=(0.25, 2.0), push=(-0.5, 0.5), push_interval_s=(3.0, 8.0), late_share=0.3
+    )
+    return replace(sharpen, preset="harden", env=replace(sharpen.env, randomization=randomization))
+
+
 def _smoke() -> TrainConfig:
     cpu = _cpu()
     return replace(
@@ -247,12 +256,13 @@ PRESETS: dict[str, Callable[[], TrainConfig]] = {
     "cpu": _cpu,
     "polish": _polish,
     "sharpen": _sharpen,
+    "harden": _harden,
     "paper": _paper,
     "smoke": _smoke,
 }
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. ``polish``, to be started from a
-run of ``cpu``: sudden reversals and less effort. ``sharpen``, to be started from a run of ``polish``: exact timing.
-``smoke``: to see it run."""
+"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. Each of the next is to be started
+from a run of the one before: ``polish``, sudden reversals and less effort; ``sharpen``, exact timing; ``harden``, late
+commands, other loads, less friction, harder pushes. ``smoke``: to see it run."""
 
 
 def preset(name: str) -> TrainConfig:

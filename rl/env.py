@@ -124,6 +124,7 @@ class GaitEnv(VecEnv):
         self.last_torque = torch.zeros(n, self.num_actions)
         self.velocity_h = torch.zeros(n, 3)
         self.push_due = torch.zeros(n)
+        self._late = (torch.arange(n) < config.randomization.late_share * n)[:, None]
         self._draw_dynamics()
         self._reset(torch.arange(n))
         state = physics.read()
@@ -144,7 +145,8 @@ class GaitEnv(VecEnv):
             observations (of the new episode where one ended), rewards (N,), dones (N,) int64, and extras: ``time_outs``
             (N,) and ``log`` (means of the weighted reward terms, of speed error and of falls).
         """
-        self.physics.step(self._default_pos + self.robot.action_scale * actions)
+        applied = torch.where(self._late, self.last_action, actions)
+        self.physics.step(self._default_pos + self.robot.action_scale * applied)
         state = self.physics.read()
         self.episode_length_buf += 1
         diverged = ~state.finite()

@@ -496,6 +496,22 @@ def test_pushes_change_the_velocity_of_the_robots_that_are_due() -> None:
 # what goes wrong
 
 
+def test_a_late_robot_moves_as_one_that_is_told_a_step_later_and_the_others_do_not_notice() -> None:
+    # robots 0 and 1 of four are late; what they are told at step k does then what a punctual one does when told at k + 1
+    late = make(randomization=replace(NOMINAL, late_share=0.5))
+    punctual, shifted = make(randomization=NOMINAL), make(randomization=NOMINAL)
+    actions = 0.3 * random_actions(4, 8)
+    delayed = torch.cat([torch.zeros(1, 4, 12), actions[:-1]])
+    for given, then in zip(actions, delayed, strict=True):
+        for env, action in ((late, given), (punctual, given), (shifted, then)):
+            env.step(action.clone())
+        states = [env.physics.read().joint_pos for env in (late, punctual, shifted)]
+        assert torch.equal(states[0][:2], states[2][:2])
+        assert torch.equal(states[0][2:], states[1][2:])
+        assert torch.equal(late.last_action, given), "the policy is told what it said, not what was done"
+    assert not torch.equal(states[0][:2], states[1][:2])
+
+
 def diverge(env: GaitEnv, k: int, value: float = math.nan) -> None:
     physics_of(env).batch.qvel[k, 7] = value
 

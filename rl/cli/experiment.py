@@ -96,7 +96,7 @@ def _one(name: str, subject: Subject, out: Path, console: Console) -> Result:
         watched = replace(subject, watch=lambda done, total: progress.update(task, completed=done, total=total))
         result = EXPERIMENTS[name](watched)
     written = report.write(result, subject, out)
-    met = sum(target.met for target in result.targets)
-    goals = f" {met} of {len(result.targets)} goals reached." if result.targets else ""
+    wanted = [target for target in result.targets if not target.hypothesis]
+    goals = f" {sum(target.met for target in wanted)} of {len(wanted)} goals reached." if wanted else ""
     console.print(f"{name}: {time.monotonic() - begin:.0f} s.{goals} Wrote {written}")
     return result

@@ -29,10 +29,10 @@ from symdyn.origin import commit  # noqa: E402
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores), polish
-    (to be started from a run of cpu: sudden reversals, less effort), sharpen (to be started from a run of polish: exact
-    timing), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the defaults shown
-    below; every one of them is a flag. Ctrl-C saves and says how to go on.
+    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores); then,
+    each started from a run of the one before, polish (sudden reversals, less effort), sharpen (exact timing), harden
+    (late commands, loads, pushes); paper (section III-E of the paper); smoke (seconds, to see that it runs). --preset
+    sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
 
     Attributes:
         out: directory of the new run; runs/DATE-TIME-PRESET if left out.

@@ -63,17 +63,16 @@ def switch_maps(shares: Mapping[float, Floats], gaits: Sequence[str], title: str
         gaits: of rows and columns.
         title: what was run.
     """
-    figure = Figure(figsize=(2.0 + 2.9 * len(shares), 4.3), layout="constrained")
+    figure = Figure(figsize=(2.2 + 3.2 * len(shares), 4.6), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(shares), sharey=True))
     for axes, (speed, share) in zip(panels, shares.items(), strict=True):
-        axes.imshow(1.0 - share, cmap="Blues", vmin=0.0, vmax=1.6)
+        axes.imshow(1.0 - share, cmap="Blues", vmin=0.0, vmax=1.6, aspect="auto")
         for (row, column), value in np.ndenumerate(share):
             if np.isfinite(value):
                 weight = "normal" if value == 1.0 else "bold"
                 axes.text(column, row, f"{value:.1f}", ha="center", va="center", fontsize=9, fontweight=weight)
         axes.set_xticks(range(len(gaits)), [_label(gait) for gait in gaits], rotation=45, ha="right")
-        axes.set_title(f"{speed:g} m/s", fontsize=10)
-        axes.set_xlabel("to")
+        axes.set_title(f"to, at {speed:g} m/s", fontsize=10)
     _gait_rows(panels[0], gaits)
     panels[0].set_ylabel("from")
     figure.suptitle(title, fontsize=11)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rl.experiments.result import Result, Subject
+from rl.experiments.result import Result, Subject, Target
 from rl.markdown import number, table
 from rl.summaries import jsonable
 from symdyn import metrics
@@ -32,7 +32,7 @@ def write(result: Result, subject: Subject, out: Path) -> Path:
     folder = out / result.name
     content = {
         "experiment": result.name,
-        "policy": str(subject.path),
+        "policy": subject.path.name,
         "samples": subject.policy.metadata.training.get("samples"),
         "seeds": list(subject.seeds),
         "protocol": result.protocol,
@@ -50,12 +50,12 @@ def write(result: Result, subject: Subject, out: Path) -> Path:
 
 def write_summary(results: Sequence[Result], subject: Subject, out: Path) -> Path:
     """Write ``OUT/report.md``: what is not reached first, then every experiment. Raises FileProblem."""
-    targets = [(result, target) for result in results for target in result.targets]
+    targets = [(result, target) for result in results for target in result.targets if not target.hypothesis]
     missed = [(result, target) for result, target in targets if not target.met]
     lines = [f"# Experiments with {subject.path.name}", "", _policy_line(subject), ""]
     lines += [f"{len(targets) - len(missed)} of {len(targets)} goals are reached.", ""]
     if missed:
-        rows = [[r.name, t.what, number(t.here), _goal(t.goal, t.at_least), t.paper] for r, t in missed]
+        rows = [[r.name, t.what, number(t.here), _goal(t), t.paper] for r, t in missed]
         lines += ["Not reached:", "", *table(["experiment", "what", "here", "goal", "paper"], rows), ""]
     for result in results:
         lines += [f"## {result.name}: {result.title}", "", *_body(result, subject, f"{result.name}/"), ""]
@@ -66,11 +66,10 @@ def write_summary(results: Sequence[Result], subject: Subject, out: Path) -> Pat
 def _body(result: Result, subject: Subject, prefix: str) -> list[str]:
     lines = [result.protocol, "", f"Seeds {_seeds(subject.seeds)}. Nominal model unless said otherwise.", ""]
     if result.targets:
-        rows = [
-            [t.what, t.paper, _goal(t.goal, t.at_least), number(t.here), "yes" if t.met else "**no**"]
-            for t in result.targets
-        ]
-        lines += [*table(["what", "paper", "goal", "here", "reached"], rows), ""]
+        rows = [[t.what, t.paper, _goal(t), number(t.here), "yes" if t.met else "**no**"] for t in result.targets]
+        wanted = "hypothesis" if all(t.hypothesis for t in result.targets) else "goal"
+        verdict = "confirmed" if wanted == "hypothesis" else "reached"
+        lines += [*table(["what", "paper", wanted, "here", verdict], rows), ""]
     for remark in result.remarks:
         lines += [remark, ""]
     for name, (_, caption) in result.figures.items():
@@ -82,11 +81,11 @@ def _policy_line(subject: Subject) -> str:
     training = subject.policy.metadata.training
     samples = training.get("samples")
     known = "unknown" if samples is None else f"{samples / 1e6:.1f} million samples"
-    return f"Policy `{subject.path}`, trained with {known} (the paper: 2460 million)."
+    return f"Policy `{subject.path.name}`, trained with {known} (the paper: 2460 million)."
 
 
-def _goal(goal: float, at_least: bool) -> str:
-    return f"{'at least' if at_least else 'at most'} {goal:g}"
+def _goal(target: Target) -> str:
+    return f"{'at least' if target.at_least else 'at most'} {target.goal:g}"
 
 
 def _seeds(seeds: Sequence[int]) -> str:

@@ -57,6 +57,7 @@ class Target:
         goal: what it should be.
         at_least: whether it should be at least the goal; at most if False.
         paper: the paper's figure, as the paper words it.
+        hypothesis: the goal is what the paper found, to be confirmed or not, and not what this project wants.
     """
 
     what: str
@@ -64,6 +65,7 @@ class Target:
     goal: float
     at_least: bool = False
     paper: str = "-"
+    hypothesis: bool = False
 
     @property
     def met(self) -> bool:

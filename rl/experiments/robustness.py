@@ -15,7 +15,6 @@ from rl.commands import CommandConfig
 from rl.env import EnvConfig, GaitEnv, ResetConfig
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from rl.late_physics import LatePhysics
 from rl.model import build_model
 from rl.protocols import random_scripts
 from rl.randomization import NOMINAL, RandomizationConfig
@@ -39,12 +38,10 @@ class World:
     Attributes:
         what: in words.
         randomization: of the robots.
-        late: whether every command arrives one control step late.
     """
 
     what: str
     randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
-    late: bool = False
 
 
 _PAPER = RandomizationConfig()
@@ -56,7 +53,7 @@ WORLDS: Mapping[str, World] = MappingProxyType(
         "payload +3 kg": World("the same with 3 kg on the trunk", replace(_PAPER, added_mass=(3.0, 3.0))),
         "payload -3 kg": World("the same with a trunk 3 kg lighter", replace(_PAPER, added_mass=(-3.0, -3.0))),
         "friction 0.3": World("the same with 0.3 of the friction", replace(_PAPER, friction=(0.3, 0.3))),
-        "latency 20 ms": World("the same with every command a control step late", _PAPER, late=True),
+        "latency 20 ms": World("the same with every command a control step late", replace(_PAPER, late_share=1.0)),
     }
 )
 
@@ -118,7 +115,7 @@ def _fell(subject: Subject, world: World, robots: int, seconds: float, watch) ->
     """Which of the robots fell at least once in their first episode, (robots,)."""
     policy = subject.policy
     robot = robot_of(policy)
-    physics = (LatePhysics if world.late else BatchPhysics)(build_model(robot), robot, robots)
+    physics = BatchPhysics(build_model(robot), robot, robots)
     config = EnvConfig(
         episode_s=2.0 * seconds,  # no robot is put back before the end
         commands=CommandConfig(
