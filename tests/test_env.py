@@ -497,7 +497,7 @@ def test_pushes_change_the_velocity_of_the_robots_that_are_due() -> None:
 
 
 def test_a_late_robot_moves_as_one_that_is_told_a_step_later_and_the_others_do_not_notice() -> None:
-    # robots 0 and 1 of four are late; what they are told at step k does then what a punctual one does when told at k + 1
+    # robots 0 and 1 of four are late: told something at step k, they do what a punctual one does when told at k + 1
     late = make(randomization=replace(NOMINAL, late_share=0.5))
     punctual, shifted = make(randomization=NOMINAL), make(randomization=NOMINAL)
     actions = 0.3 * random_actions(4, 8)

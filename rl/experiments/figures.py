@@ -226,6 +226,7 @@ def learning(curves: Mapping[str, Sequence[Mapping[str, float]]], title: str) ->
                 "o-",
                 color=colours[rank % len(colours)][0],
                 markersize=3.5,
+                clip_on=False,
                 label=name,
             )[0]
             for rank, (name, rows) in enumerate(curves.items())

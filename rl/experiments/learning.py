@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -72,4 +73,10 @@ def _judged(subject: Subject, training_run: Path, file: Path, scripts: dict) -> 
         summaries.constant(gait, episodes, its.time_reversal) for (gait, _), episodes in its.simulate(scripts).items()
     ]
     samples = float(policy.metadata.training["samples"])
-    return {"samples": samples} | {key: float(np.nanmean([row[key] for row in found])) for key in _KEYS}
+    return {"samples": samples} | {key: _mean([row[key] for row in found]) for key in _KEYS}
+
+
+def _mean(values: list[float]) -> float:
+    """The mean of those that are numbers: an untrained robot takes no strides that could be judged."""
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.mean(known)) if known else math.nan
