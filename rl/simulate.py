@@ -20,12 +20,10 @@ from rl.model import build_model
 from rl.physics import Pose, RobotState, heading_velocity
 from rl.termination import TerminationConfig, fallen
 from rl.terrain import Terrain
-from symdyn import phase as clock
+from symdyn.driver import PolicyDriver
 from symdyn.errors import InvalidValue
 from symdyn.frames import projected_gravity
 from symdyn.gaits import Gait
-from symdyn.legs import LEGS
-from symdyn.observation import OBSERVATION, command_terms
 from symdyn.policy import Policy
 from symdyn.recording import Recording
 from symdyn.robot import Robot, get_robot
@@ -158,33 +156,30 @@ def _groups(order: list[int]) -> Iterator[list[int]]:
 
 
 class _Commands:
-    """The scripts of several robots as arrays that follow the time."""
+    """The scripts of several robots, told to their driver when it is time."""
 
-    def __init__(self, scripts: Sequence[Script]) -> None:
+    def __init__(self, scripts: Sequence[Script], driver: PolicyDriver) -> None:
         self._scripts = scripts
+        self._driver = driver
         self._next = [0] * len(scripts)
-        self.offsets = np.zeros((len(scripts), len(LEGS)))
-        self.velocity = np.zeros((len(scripts), 3))
 
     def at(self, time: float) -> None:
         """Take over all segments that have started."""
         for i, script in enumerate(self._scripts):
             while self._next[i] < len(script.segments) and script.segments[self._next[i]].start <= time + 1e-9:
                 segment = script.segments[self._next[i]]
-                self.offsets[i] = segment.gait.theta
-                self.velocity[i] = segment.velocity
+                self._driver.offsets[i] = segment.gait.theta
+                self._driver.velocity[i] = segment.velocity
                 self._next[i] += 1
 
 
 def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None) -> list[Episode]:
     robot = robot_of(policy)
     n = len(scripts)
-    meta = policy.metadata
     physics = BatchPhysics(build_model(robot, terrain), robot, n)
     physics.reset(np.arange(n), _standing(scripts, robot, terrain))
-    commands = _Commands(scripts)
-    phase = np.array([np.random.default_rng(script.seed).random() for script in scripts])
-    action = np.zeros((n, len(robot.joint_names)))
+    driver = PolicyDriver(policy, [np.random.default_rng(script.seed).random() for script in scripts])
+    commands = _Commands(scripts, driver)
     steps = round(max(script.duration for script in scripts) / robot.control_dt)
     samples: list[dict[str, NDArray]] = []
     fell_at = np.full(n, np.inf)
@@ -193,28 +188,15 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
     for step in range(steps):
         time = step * robot.control_dt
         commands.at(time)
-        v_x = commands.velocity[:, 0]
-        duty = policy.timing.duty(v_x, meta.leg_length)
-        period = policy.timing.period(v_x, meta.leg_length)
-        legs = clock.leg_phase(phase, commands.offsets, v_x, meta.time_reversal)
-        obs = OBSERVATION.assemble(
-            {
-                "projected_gravity_b": projected_gravity(_numpy(state.base_quat_w)),
-                "joint_pos_rel": _numpy(state.joint_pos) - np.array(meta.default_joint_pos),
-                "joint_vel": _numpy(state.joint_vel),
-                "last_action": action,
-                **command_terms(commands.offsets, commands.velocity, legs, duty),
-            }
-        )
         # a robot that fell may be anywhere; its recording has ended, and it must not spoil the others' batch
-        action = np.where(np.isfinite(fell_at)[:, None], 0.0, policy.act(np.nan_to_num(obs)))
-        physics.set_targets(policy.targets(action))
+        seen = (projected_gravity(_numpy(state.base_quat_w)), _numpy(state.joint_pos), _numpy(state.joint_vel))
+        targets = driver.act(*(np.nan_to_num(array) for array in seen))
+        physics.set_targets(np.where(np.isfinite(fell_at)[:, None], policy.targets(0.0 * driver.action), targets))
         for _ in range(physics.substeps):
             physics.substep()
-            phase = clock.advance(phase, period, robot.control_dt / physics.substeps)
+            driver.advance(robot.control_dt / physics.substeps)
             state = physics.read()
-            legs = clock.leg_phase(phase, commands.offsets, v_x, meta.time_reversal)
-            samples.append(_sample(state, phase, commands, period, duty, ~clock.in_swing(legs, duty)))
+            samples.append(_sample(state, driver))
         ground = 0.0 if terrain is None else terrain.height(np.nan_to_num(_numpy(state.base_pos_w)[:, :2]))
         down = (fallen(state, limits, torch.as_tensor(ground)) | ~state.finite()).numpy() & np.isinf(fell_at)
         fell_at[down] = time + robot.control_dt
@@ -243,16 +225,10 @@ def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:
     return tensor.double().numpy()
 
 
-def _sample(
-    state: RobotState,
-    phase: NDArray[np.float64],
-    commands: _Commands,
-    period: NDArray[np.float64],
-    duty: NDArray[np.float64],
-    desired_stance: NDArray[np.bool_],
-) -> dict[str, NDArray]:
+def _sample(state: RobotState, driver: PolicyDriver) -> dict[str, NDArray]:
+    timing = driver.timing()
     return {
-        "velocity_command": commands.velocity.copy(),
+        "velocity_command": driver.velocity.copy(),
         "velocity_h": _numpy(heading_velocity(state)),
         "base_pos_w": _numpy(state.base_pos_w),
         "base_quat_w": _numpy(state.base_quat_w),
@@ -260,9 +236,9 @@ def _sample(
         "joint_vel": _numpy(state.joint_vel),
         "joint_torque": _numpy(state.joint_torque),
         "contact": (state.foot_force_w.norm(dim=-1) > CONTACT_FORCE).numpy(),
-        "desired_stance": desired_stance,
-        "stride_phase": phase,
-        "offsets": commands.offsets.copy(),
-        "period": period,
-        "duty": duty,
+        "desired_stance": timing.desired_stance,
+        "stride_phase": driver.phase,
+        "offsets": driver.offsets.copy(),
+        "period": timing.period,
+        "duty": timing.duty,
     }

@@ -24,5 +24,5 @@ def log_to(console: Console, level: int = logging.INFO) -> None:
     """Send the log of symdyn's packages to a console, and of others only warnings."""
     handler = RichHandler(console=console, show_path=False, show_time=False)
     logging.basicConfig(level=logging.WARNING, handlers=[handler], format="%(message)s", force=True)
-    for package in ("symdyn", "slip", "rl"):
+    for package in ("symdyn", "slip", "rl", "hardware"):
         logging.getLogger(package).setLevel(level)

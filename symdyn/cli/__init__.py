@@ -38,7 +38,7 @@ class Command:
 GROUPS: dict[str, dict[str, Command]] = {
     "Look at gaits and robots": {
         "gaits": Command(
-            "symdyn.gaits_command",
+            "symdyn.cli.gaits",
             None,
             "the gait library: offsets, symmetry class, timing, footfalls",
             "symdyn gaits rotary_gallop --speed 1.0",

@@ -1,0 +1,1 @@
+"""The same policy on the real robot: messages, state, safety, logs."""

@@ -1,0 +1,111 @@
+"""A policy file at work: its clock, what it observes, what it asks of the joints. The simulator and the robot call it.
+
+Training has the same functions on tensors (rl.env); a test holds the two together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symdyn import phase as clock
+from symdyn.errors import InvalidValue
+from symdyn.legs import JOINTS, LEGS
+from symdyn.observation import OBSERVATION, command_terms
+from symdyn.policy import Policy
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What the commands of n robots ask of their legs at this moment.
+
+    Attributes:
+        period: (n,) stride period, s.
+        duty: (n,) duty factor.
+        leg_phases: (n, 4) in [0, 1), in the order of symdyn.legs.LEGS.
+    """
+
+    period: Floats
+    duty: Floats
+    leg_phases: Floats
+
+    @property
+    def desired_stance(self) -> NDArray[np.bool_]:
+        """Which feet should be on the ground, (n, 4)."""
+        return ~clock.in_swing(self.leg_phases, self.duty)
+
+
+class PolicyDriver:
+    """Clock and memory of n robots that one policy drives.
+
+    A control step is :meth:`act`, whose targets hold for ``metadata.control_dt``; meanwhile :meth:`advance`, once or in
+    parts, moves the clock on.
+
+    Args:
+        policy: to run.
+        phase: (n,) initial stride phases in [0, 1).
+
+    Attributes:
+        phase: (n,) stride phase.
+        offsets: (n, 4) theta of the commanded gaits.
+        velocity: (n, 3) commanded v_x, v_y (m/s) and yaw rate (rad/s).
+        action: (n, 12) the policy's last actions; zero before the first.
+
+    Raises:
+        InvalidValue: if phases are not in [0, 1).
+    """
+
+    def __init__(self, policy: Policy, phase: ArrayLike = (0.0,)) -> None:
+        self.policy = policy
+        self.phase = np.array(phase, dtype=np.float64)
+        if self.phase.ndim != 1 or not ((self.phase >= 0.0) & (self.phase < 1.0)).all():
+            raise InvalidValue("The initial stride phase", self.phase.tolist(), "a list of numbers in [0, 1)")
+        n = len(self.phase)
+        self.offsets = np.zeros((n, len(LEGS)))
+        self.velocity = np.zeros((n, 3))
+        self.action = np.zeros((n, len(JOINTS)))
+        self._default_joint_pos = np.array(policy.metadata.default_joint_pos)
+
+    def timing(self) -> Timing:
+        """Period, duty factor and leg phases under the present commands."""
+        meta, v_x = self.policy.metadata, self.velocity[:, 0]
+        return Timing(
+            period=self.policy.timing.period(v_x, meta.leg_length),
+            duty=self.policy.timing.duty(v_x, meta.leg_length),
+            leg_phases=clock.leg_phase(self.phase, self.offsets, v_x, meta.time_reversal),
+        )
+
+    def observe(self, gravity_b: Floats, joint_pos: Floats, joint_vel: Floats) -> Floats:
+        """The policy's input.
+
+        Args:
+            gravity_b: (n, 3) unit vector of gravity in the body frame.
+            joint_pos: (n, 12) rad.
+            joint_vel: (n, 12) rad/s.
+
+        Returns:
+            (n, 52).
+        """
+        timing = self.timing()
+        return OBSERVATION.assemble(
+            {
+                "projected_gravity_b": gravity_b,
+                "joint_pos_rel": joint_pos - self._default_joint_pos,
+                "joint_vel": joint_vel,
+                "last_action": self.action,
+                **command_terms(self.offsets, self.velocity, timing.leg_phases, timing.duty),
+            }
+        )
+
+    def act(self, gravity_b: Floats, joint_pos: Floats, joint_vel: Floats) -> Floats:
+        """Run the policy on :meth:`observe`, remember its actions, and return the joint targets, (n, 12) rad."""
+        self.action = self.policy.act(self.observe(gravity_b, joint_pos, joint_vel)).astype(np.float64)
+        return self.policy.targets(self.action)
+
+    def advance(self, dt: float) -> None:
+        """Move the clock on by dt, s."""
+        self.phase = clock.advance(self.phase, self.timing().period, dt)
