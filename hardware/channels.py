@@ -27,6 +27,9 @@ JOYSTICK = "rc_command"
 TARGETS = "pd_plustau_targets"
 """To the robot: what each motor shall do."""
 
+TRUTH = "symdyn_truth"
+"""From the simulated robot only: position, velocities and contacts as they are, legs in the order of the wire."""
+
 TICK = "symdyn_tick"
 """In logs only: what the deployer did."""
 
@@ -35,9 +38,10 @@ MESSAGES: dict[str, type] = {
     IMU: state_estimator_lcmt,
     JOYSTICK: rc_command_lcmt,
     TARGETS: pd_tau_targets_lcmt,
+    TRUTH: state_estimator_lcmt,
     TICK: controller_tick_lcmt,
 }
-"""Type by channel. Channels and types are those of the bridge of walk-these-ways-go2, but for TICK."""
+"""Type by channel. Channels and types are those of the bridge of walk-these-ways-go2, but for TRUTH and TICK."""
 
 FROM_ROBOT = (JOINTS, IMU, JOYSTICK)
 

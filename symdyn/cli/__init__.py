@@ -106,11 +106,43 @@ GROUPS: dict[str, dict[str, Command]] = {
             "a film of a policy that goes through gaits and speeds, with its footfalls (MP4 or GIF)",
             "symdyn record mine.onnx --gaits trot rotary_gallop --speeds 0.8 --out out/mine.mp4",
         ),
+        "play": Command(
+            "symdyn.cli.play",
+            "viewer",
+            "a policy live in the browser: gaits, mixtures, pushes, terrain, footfalls of the last strides",
+            "symdyn play --port 8080",
+        ),
         "demo": Command(
             "rl.cli.demo",
             "rl",
             "a report on the policy that comes with symdyn, in a minute",
             "symdyn demo --out out/demo",
+        ),
+    },
+    "Run a policy on the robot": {
+        "deploy": Command(
+            "hardware.cli.deploy",
+            "hardware",
+            "run a policy on a Go2 over LCM, with joystick or keyboard, safety and log",
+            "symdyn deploy mine.onnx --log run.lcmlog",
+        ),
+        "robot-sim": Command(
+            "symdyn.cli.robot_sim",
+            "robot-sim",
+            "a simulated Go2 that speaks the real one's protocol, with faults on demand",
+            "symdyn robot-sim --scenario paper",
+        ),
+        "analyze": Command(
+            "hardware.cli.analyze",
+            "hardware",
+            "a log of the robot as the paper's hardware figures: contacts, velocity, torque, cost of transport",
+            "symdyn analyze run.lcmlog --out out/run",
+        ),
+        "replay": Command(
+            "hardware.cli.replay",
+            "hardware",
+            "a log once more through the controller, which must do the same",
+            "symdyn replay run.lcmlog",
         ),
     },
 }
