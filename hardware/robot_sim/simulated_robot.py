@@ -1,0 +1,265 @@
+"""A robot of MuJoCo behind its bridge: takes the bridge's targets, gives the bridge's messages."""
+
+# mujoco is a compiled module without stubs
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
+from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw
+from hardware.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
+from symdyn.frames import rotate_inverse
+from symdyn.legs import JOINTS, LEGS, is_left
+from symdyn.robot import Robot
+
+Floats = NDArray[np.float64]
+Start = Literal["lying", "standing", "hung"]
+
+PERIOD = 0.002
+"""s between two messages of the bridge, and between two steps of the physics."""
+
+BRIDGE_KP, BRIDGE_KD = 20.0, 0.5
+"""Gains with which the bridge, from its start to the first targets, holds the pose that it finds
+(lcm_position_go2.cpp, SetNominalPose and the first run of LowCmdWrite)."""
+
+BRIDGE_TILT = 0.8
+"""rad of roll or pitch over which the bridge stops (lcm_position_go2.cpp, LowCmdWrite)."""
+
+CONTACT_FORCE = 1.0
+"""N; a foot that bears more is in contact."""
+
+LYING_POSE = (0.02, 1.165, -2.72)
+"""rad; hip (outwards), thigh, calf of a Go2 on its belly: knees and feet on the floor, calves at their limit."""
+
+HANGING_POSE = (0.0, 0.9, -1.8)
+"""rad; in the harness, legs as somebody has put them."""
+
+HANGING_HEIGHT = 0.65
+"""m of the hook of the harness: straight legs end above the floor."""
+
+_SETTLING = 2.0  # s; longer than any start pose takes to come to rest
+_SETTLING_KD = 2.0  # N m s/rad
+# the harness: soft enough to be stable when integrated by explicit steps of 2 ms, and yields 5 cm to a Go2's weight
+_HARNESS_STIFFNESS, _HARNESS_DAMPING = 3000.0, 300.0  # N/m, N s/m
+_HARNESS_TURN_STIFFNESS, _HARNESS_TURN_DAMPING = 60.0, 5.0  # N m/rad, N m s/rad
+
+_FROM_SDK, _TO_SDK = list(JOINTS_FROM_SDK), list(JOINTS_TO_SDK)
+_LEGS_TO_SDK = list(LEGS_TO_SDK)
+
+
+class SimulatedRobot:
+    """A robot and its bridge (``lcm_position_go2`` of walk-these-ways-go2).
+
+    The bridge forwards the last targets for ever, without clamp or timeout. Before the first, it holds the pose in
+    which it found the robot. Over 0.8 rad of roll or pitch, or on L2+B (:meth:`stop_bridge`), it ceases to forward, for
+    good; it prepares a damping command, but waits before it would write it, so the motors keep what they had (what
+    their firmware does when nothing comes is not documented; this is the worst case).
+
+    Until ``wakes_at`` it has not heard of the robot, and its messages are zeros.
+
+    Args:
+        model: of MuJoCo, with position actuators named as symdyn's JOINTS; a copy of it is taken.
+        robot: whose model it is.
+        foot_force_sensors: names of the sensors of the force on each foot, in the order of LEGS.
+        seed: decides noise, biases and the feet's units.
+        start: ``lying`` on the belly, without torque until the bridge wakes; ``standing``, held in the default pose
+            with the robot's gains; ``hung`` in a harness that keeps the trunk in the air, held with the bridge's gains.
+        noise: of the sensors; None for the usual.
+        wakes_at: s.
+
+    Attributes:
+        model: the copy.
+        data: MuJoCo's.
+        bridge_stopped: whether the bridge has ceased to forward.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        robot: Robot,
+        foot_force_sensors: Sequence[str],
+        seed: int = 0,
+        start: Start = "lying",
+        noise: SensorNoise | None = None,
+        wakes_at: float = 0.0,
+    ) -> None:
+        self.model = copy.copy(model)
+        self.model.opt.timestep = PERIOD
+        # a simulation that diverges shall be seen, not be silently put back to its initial pose
+        self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        self.data = mujoco.MjData(self.model)
+        self.robot = robot
+        self.bridge_stopped = False
+        self._joint_pos = np.array([model.joint(name).qposadr[0] for name in robot.joint_names])
+        self._joint_vel = np.array([model.joint(name).dofadr[0] for name in robot.joint_names])
+        self._motors = np.array([model.actuator(joint).id for joint in JOINTS])
+        self._feet = np.array([model.sensor(name).adr[0] + np.arange(3) for name in foot_force_sensors])
+        self._trunk = model.body(robot.trunk).id
+        root = model.body_jntadr[self._trunk]
+        self._pos = slice(model.jnt_qposadr[root], model.jnt_qposadr[root] + 3)
+        self._quat = slice(self._pos.stop, self._pos.stop + 4)
+        self._vel = slice(model.jnt_dofadr[root], model.jnt_dofadr[root] + 3)
+        self._turn = slice(self._vel.stop, self._vel.stop + 3)
+        self._hung = start == "hung"
+        self._sensors = Sensors(SensorNoise() if noise is None else noise, seed)
+        self._wakes_at = wakes_at
+        self._awake = False
+        self._settle(start)
+        self._truth = self._sense(self._velocity())
+        self._measured = self._sensors.measure(self._truth)
+        self._wake()
+
+    @property
+    def time(self) -> float:
+        """s since the start."""
+        return self.data.time
+
+    @property
+    def height(self) -> float:
+        """Of the trunk's origin above the floor, m."""
+        return float(self.data.qpos[self._pos][2])
+
+    def command(self, message: pd_tau_targets_lcmt) -> None:
+        """Take over targets from the wire, to be held until the next.
+
+        Targets that are not finite are dropped: what a motor makes of them is not known.
+        """
+        arrays = (message.q_des, message.kp, message.kd, message.qd_des, message.tau_ff)
+        pos, kp, kd, vel, torque = (np.array(array)[_FROM_SDK] for array in arrays)
+        if all(np.isfinite(array).all() for array in (pos, kp, kd, vel, torque)) and not self.bridge_stopped:
+            self._drive(pos, kp, kd, vel, torque)
+
+    def stop_bridge(self) -> None:
+        """L2+B: the bridge ceases to forward."""
+        self.bridge_stopped = True
+
+    def step(self) -> None:
+        """Advance by one period of the messages."""
+        before = self._velocity()
+        if self._hung:
+            self._pull()
+        mujoco.mj_step(self.model, self.data)
+        self._truth = self._sense(before)
+        self._measured = self._sensors.measure(self._truth)
+        self._wake()
+        if self._awake and np.abs(roll_pitch_yaw(self._measured.quat_w)[:2]).max() > BRIDGE_TILT:
+            self.bridge_stopped = True
+
+    def joints(self) -> leg_control_data_lcmt:
+        """What the bridge says of the joints now."""
+        message = leg_control_data_lcmt()
+        if self._awake:
+            message.q = _wire(self._measured.joint_pos, _TO_SDK)
+            message.qd = _wire(self._measured.joint_vel, _TO_SDK)
+            message.tau_est = _wire(self._measured.torque, _TO_SDK)
+        return message
+
+    def imu(self) -> state_estimator_lcmt:
+        """What the bridge says of trunk and feet now."""
+        message = state_estimator_lcmt()
+        if self._awake:
+            message.quat = _wire(self._measured.quat_w)
+            message.rpy = _wire(roll_pitch_yaw(self._measured.quat_w))
+            message.omegaBody = _wire(self._measured.angular_velocity_b)
+            message.aBody = _wire(self._measured.acceleration_b)
+            message.contact_estimate = _wire(self._measured.foot_force, _LEGS_TO_SDK)
+        return message
+
+    def truth(self) -> state_estimator_lcmt:
+        """Everything of the message's fields as it is, without noise; contacts 0 or 1."""
+        truth, velocity_w = self._truth, self.data.qvel[self._vel]
+        message = state_estimator_lcmt()
+        message.p = _wire(self.data.qpos[self._pos])
+        message.quat = _wire(truth.quat_w)
+        message.rpy = _wire(roll_pitch_yaw(truth.quat_w))
+        message.vWorld = _wire(velocity_w)
+        message.vBody = _wire(rotate_inverse(truth.quat_w, velocity_w))
+        message.omegaBody = _wire(truth.angular_velocity_b)
+        message.omegaWorld = _wire(_rotate(truth.quat_w, truth.angular_velocity_b))
+        message.aBody = _wire(truth.acceleration_b)
+        message.aWorld = _wire(_rotate(truth.quat_w, truth.acceleration_b))
+        message.contact_estimate = _wire((truth.foot_force > CONTACT_FORCE).astype(float), _LEGS_TO_SDK)
+        message.timestamp_us = round(1e6 * self.time)
+        return message
+
+    def _drive(self, pos: Floats, kp: Floats | float, kd: Floats | float, vel: Floats | float, torque: Floats | float):
+        # kp (pos - q) + kd (vel - qd) + torque, the gains where MuJoCo's implicit integrator and saturation see them
+        gain, bias = self.model.actuator_gainprm, self.model.actuator_biasprm
+        gain[self._motors, 0] = kp
+        bias[self._motors, 0] = torque + kd * vel
+        bias[self._motors, 1] = -kp
+        bias[self._motors, 2] = -kd
+        self.data.ctrl[self._motors] = pos
+
+    def _wake(self) -> None:
+        if not self._awake and self.time >= self._wakes_at:
+            self._awake = True
+            if self._at_rest:
+                self._drive(self._measured.joint_pos, BRIDGE_KP, BRIDGE_KD, 0.0, 0.0)
+
+    def _settle(self, start: Start) -> None:
+        robot, qpos = self.robot, self.data.qpos
+        leg_pose = {"lying": LYING_POSE, "standing": robot.default_leg_pose, "hung": HANGING_POSE}[start]
+        pose = np.array([_outwards(leg, leg_pose) for leg in LEGS]).ravel()
+        qpos[self._pos] = (0.0, 0.0, {"lying": 0.12, "standing": robot.base_height, "hung": HANGING_HEIGHT}[start])
+        qpos[self._joint_pos] = pose
+        gains = {"lying": (0.0, _SETTLING_KD), "standing": (robot.kp, robot.kd), "hung": (BRIDGE_KP, BRIDGE_KD)}[start]
+        self._drive(pose, *gains, 0.0, 0.0)
+        for _ in range(round(_SETTLING / PERIOD)):
+            if self._hung:
+                self._pull()
+            mujoco.mj_step(self.model, self.data)
+        self.data.time = 0.0
+        self._at_rest = start == "lying"
+        if self._at_rest:
+            self._drive(pose, 0.0, 0.0, 0.0, 0.0)
+
+    def _pull(self) -> None:
+        # a spring and a damper to the hook, and the same against turning
+        offset = np.array([0.0, 0.0, HANGING_HEIGHT]) - self.data.qpos[self._pos]
+        force = _HARNESS_STIFFNESS * offset - _HARNESS_DAMPING * self.data.qvel[self._vel]
+        w, v = self.data.qpos[self._quat][0], self.data.qpos[self._quat][1:]
+        turn_w = -2.0 * _HARNESS_TURN_STIFFNESS * np.sign(w) * v
+        turn_w -= _HARNESS_TURN_DAMPING * _rotate(self.data.qpos[self._quat], self.data.qvel[self._turn])
+        self.data.xfrc_applied[self._trunk] = np.concatenate([force, turn_w])
+
+    def _velocity(self) -> Floats:
+        return self.data.qvel[self._vel].copy()
+
+    def _sense(self, velocity_before_w: Floats) -> Truth:
+        # mj_step leaves torque and contact forces of the step that it made; the acceleration is the mean over that step
+        data = self.data
+        quat_w = data.qpos[self._quat].copy()
+        specific_force_w = (data.qvel[self._vel] - velocity_before_w) / PERIOD - self.model.opt.gravity
+        return Truth(
+            joint_pos=data.qpos[self._joint_pos],
+            joint_vel=data.qvel[self._joint_vel],
+            torque=data.actuator_force[self._motors],
+            quat_w=quat_w,
+            angular_velocity_b=data.qvel[self._turn].copy(),
+            acceleration_b=rotate_inverse(quat_w, specific_force_w),
+            foot_force=np.linalg.norm(data.sensordata[self._feet], axis=1),
+        )
+
+
+def _outwards(leg: str, pose: tuple[float, float, float]) -> tuple[float, float, float]:
+    hip, thigh, calf = pose
+    return (hip if is_left(leg) else -hip, thigh, calf)
+
+
+def _wire(values: Floats, order: list[int] | None = None) -> list[float]:
+    # through float32: what a receiver sees, also of a message that was never encoded
+    return (values if order is None else values[order]).astype(np.float32).tolist()
+
+
+def _rotate(quat_w: Floats, vector_b: Floats) -> Floats:
+    inverse = quat_w * np.array([1.0, -1.0, -1.0, -1.0])
+    return rotate_inverse(inverse, vector_b)
