@@ -116,7 +116,7 @@ class TestRefused:
             (lambda d: d.update(env=None), ("env is None", "a table")),
             (lambda d: d.update(iterations=1.0), ("iterations is 1.0", "a whole number")),
             (lambda d: d.update(iterations=True), ("iterations is True", "a whole number")),
-            (lambda d: d.update(preset="gpu"), ("preset is 'gpu'", "'cpu', 'paper', 'smoke'")),
+            (lambda d: d.update(preset="gpu"), ("preset is 'gpu'", "'cpu', 'polish'", "'smoke'")),
             (lambda d: d.update(timing=3), ("timing is 3", "a path")),
             (lambda d: d.update(timing=""), ("timing is ''", "a path")),
             (lambda d: d["ppo"].update(equivariant="yes"), ("ppo.equivariant is 'yes'", "true or false")),
