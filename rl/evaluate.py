@@ -11,6 +11,7 @@ from rl import protocols, summaries
 from rl.protocols import Suite
 from rl.simulate import Episode, Script, run_grouped
 from symdyn import metrics
+from symdyn.files import jsonable
 from symdyn.gaits import LIBRARY
 from symdyn.policy import Policy
 
@@ -79,7 +80,7 @@ def evaluate(
         "keys": {**metrics.KEYS, **summaries.EXTRA_KEYS},
     }
     first = {gait: found[0] for gait, found in velocity_runs.items()}
-    return Evaluation(summaries.jsonable(result), first, gait_runs[0] if gait_runs else None)
+    return Evaluation(jsonable(result), first, gait_runs[0] if gait_runs else None)
 
 
 def _describe(suite: Suite) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rl.evaluate import Evaluation
-from rl.markdown import number, table
 from symdyn.files import write_json, write_text
+from symdyn.markdown import number, table
 from symdyn.plots import footfall_diagram, learning_curves, metric_bars, save, velocity_tracking
 
 METRICS = "metrics.json"

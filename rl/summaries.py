@@ -107,14 +107,3 @@ def mean(summaries: Sequence[Mapping[str, float]]) -> dict[str, float]:
     if not summaries:
         return dict.fromkeys(metrics.KEYS, math.nan)
     return {key: float(np.mean([summary[key] for summary in summaries])) for key in summaries[0]}
-
-
-def jsonable(value: Any) -> Any:
-    """NaN and infinity are no JSON: null says that there is no such number."""
-    if isinstance(value, dict):
-        return {key: jsonable(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [jsonable(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

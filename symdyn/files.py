@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -64,6 +65,17 @@ def write_with(path: Path, write: Callable[[Path], object]) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Write JSON, indented, whole or not at all. NaN and infinity are refused: they are no JSON. Raises FileProblem."""
     write_text(path, json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def jsonable(value: Any) -> Any:
+    """NaN and infinity are no JSON: null says that there is no such number."""
+    if isinstance(value, dict):
+        return {key: jsonable(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 def read_json(path: Path) -> Any:

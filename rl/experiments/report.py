@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rl.experiments.result import Result, Subject, Target
-from rl.markdown import number, table
-from rl.summaries import jsonable
 from symdyn import metrics
-from symdyn.files import write_json, write_text
+from symdyn.files import jsonable, write_json, write_text
+from symdyn.markdown import number, table
 from symdyn.plots import save
 
 METRICS, REPORT = "metrics.json", "report.md"
