@@ -53,7 +53,7 @@ def integrate(
     little out of place.
 
     Raises:
-        IntegrationFailure.
+        IntegrationFailure: if the motion leaves the model's domain.
     """
     step = kernel.step()
     starts, lengths, rates = [], [], []

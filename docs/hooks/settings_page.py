@@ -1,0 +1,98 @@
+"""Every setting of a training run: flag, default, what the presets change, meaning; from the dataclasses."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import griffe
+
+from rl.config import PRESETS, TrainConfig
+
+_PAPER = "paper"
+_PATH = "reference/settings.md"
+
+
+def pages() -> dict[str, str]:
+    """Markdown by path."""
+    lines = [
+        "# Settings of a training run",
+        "",
+        "Every setting is a flag of [`symdyn train`](commands/train.md), and the file `RUN/config.yaml` holds them all",
+        "before a run begins. `--preset` chooses where they start from, any flag changes one of them:",
+        "",
+        "```sh",
+        ".venv/bin/symdyn train --preset cpu --env.rewards.temporal 0.3 --ppo.epochs 4 --out runs/mine",
+        "```",
+        "",
+        f"Presets: {', '.join(f'`{name}`' for name in PRESETS)}; `cpu` is the default of the command, `{_PAPER}` is the",
+        "paper. Why they differ is told in [what is the paper's, and what is ours](../method.md). The second column is the",
+        f"value of `{_PAPER}`, the third what other presets change it to.",
+    ]
+    presets = {name: make() for name, make in PRESETS.items()}
+    lines += _section(TrainConfig, presets, ())
+    return {_PATH: "\n".join(lines) + "\n"}
+
+
+def _section(cls: type, presets: dict[str, Any], path: tuple[str, ...], repeated: bool = False) -> list[str]:
+    """Heading, table and the sections below it.
+
+    Args:
+        cls: a configuration class.
+        presets: its value in every preset.
+        path: where it stands in TrainConfig.
+        repeated: whether the class has a section already, so that only what the presets change is shown.
+    """
+    name = ".".join(path)
+    summary, meanings = _documentation(cls)
+    lines = ["", f"{'#' * min(1 + max(len(path), 1), 4)} {name or 'The run'}", ""]
+    nested = [f for f in fields(cls) if is_dataclass(getattr(presets[_PAPER], f.name))]
+    plain = [f for f in fields(cls) if f not in nested]
+    if repeated:
+        lines += [f"The settings of [{cls.__name__}][{cls.__module__}.{cls.__name__}] once more; presets change:", ""]
+        plain = [f for f in plain if _changes(presets, f.name)]
+    else:
+        lines += [f"{summary} ([{cls.__name__}][{cls.__module__}.{cls.__name__}])", ""]
+    lines += ["| flag | paper | changed by presets | meaning |", "|---|---|---|---|"]
+    for field in plain:
+        flag = "-".join(f"--{'.'.join((*path, field.name))}".split("_"))
+        changes = "<br>".join(f"{name}: {_text(value)}" for name, value in _changes(presets, field.name).items())
+        meaning = meanings.get(field.name, "").replace("|", "\\|").replace("``", "`")
+        lines.append(f"| `{flag}` | {_text(getattr(presets[_PAPER], field.name))} | {changes} | {meaning} |")
+    for field in nested:
+        inner = {name: getattr(value, field.name) for name, value in presets.items()}
+        again = field.name == "final"
+        lines += _section(type(inner[_PAPER]), inner, (*path, field.name), again)
+    return lines
+
+
+def _changes(presets: dict[str, Any], name: str) -> dict[str, Any]:
+    """The value in the presets where it is not the paper's, each run of equal ones under their names."""
+    paper = getattr(presets[_PAPER], name)
+    grouped: dict[str, list[str]] = {}
+    values = {}
+    for preset, config in presets.items():
+        value = getattr(config, name)
+        if value != paper and name != "preset":
+            grouped.setdefault(repr(value), []).append(preset)
+            values[repr(value)] = value
+    return {", ".join(names): values[key] for key, names in grouped.items()}
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_text, value)) or "(empty)"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return str(value)
+
+
+def _documentation(cls: type) -> tuple[str, dict[str, str]]:
+    """First paragraph of a class's docstring, and the meaning of each attribute."""
+    summary, meanings = "", {}
+    for section in griffe.Docstring(cls.__doc__ or "", parser="google").parse():
+        if section.kind is griffe.DocstringSectionKind.text and not summary:
+            summary = " ".join(section.value.split())
+        elif section.kind is griffe.DocstringSectionKind.attributes:
+            meanings = {item.name: " ".join(item.description.split()) for item in section.value}
+    return summary, meanings
