@@ -2,36 +2,14 @@
 
 from __future__ import annotations
 
-import math
-import reprlib
-from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import yaml
 
 from rl.config import TrainConfig
-from symdyn.errors import FileProblem, SymdynError
+from symdyn.errors import FileProblem
 from symdyn.files import write_text
-
-
-def plain(config: TrainConfig) -> dict[str, Any]:
-    """The settings as nested dicts of plain values: tuples become lists, paths text."""
-    return _plain(asdict(config))
-
-
-def rebuild(data: Any, origin: object) -> TrainConfig:
-    """The settings from :func:`plain`.
-
-    Args:
-        data: nested dicts.
-        origin: what to call their source in an error.
-
-    Raises:
-        FileProblem: if a key is unknown or missing, or a value of a wrong type or out of range; it names the key.
-    """
-    return _build(TrainConfig, data, "", origin)
+from symdyn.settings_data import plain, rebuild
 
 
 def save(config: TrainConfig, path: Path) -> None:
@@ -40,7 +18,7 @@ def save(config: TrainConfig, path: Path) -> None:
     Raises:
         FileProblem: if the file cannot be written, or the settings could not be read back (an infinite number).
     """
-    data = plain(rebuild(plain(config), path))
+    data = plain(rebuild(TrainConfig, plain(config), path))
     write_text(path, yaml.safe_dump(data, sort_keys=False))
 
 
@@ -48,7 +26,7 @@ def load(path: Path) -> TrainConfig:
     """Read the settings of :func:`save`.
 
     Raises:
-        FileProblem: if the file is missing or no YAML, or for what :func:`rebuild` refuses.
+        FileProblem: if the file is missing or no YAML, or for what :func:`symdyn.settings_data.rebuild` refuses.
     """
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -56,109 +34,4 @@ def load(path: Path) -> TrainConfig:
         raise FileProblem(path, f"cannot be read: {error.strerror or error}.") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise FileProblem(path, f"is not valid YAML ({' '.join(str(error).split())}).") from error
-    return rebuild(data, path)
-
-
-def differences(a: TrainConfig, b: TrainConfig) -> list[str]:
-    """Dotted names of the settings that differ, in order: ``env.commands.gaits``."""
-    return _differences(a, b, "")
-
-
-def _differences(a: Any, b: Any, prefix: str) -> list[str]:
-    found = []
-    for field in fields(a):
-        mine, its, key = getattr(a, field.name), getattr(b, field.name), f"{prefix}{field.name}"
-        if is_dataclass(mine):
-            found += _differences(mine, its, f"{key}.")
-        elif mine != its:
-            found.append(key)
-    return found
-
-
-def _plain(value: Any) -> Any:
-    match value:
-        case dict():
-            return {key: _plain(item) for key, item in value.items()}
-        case tuple() | list():
-            return [_plain(item) for item in value]
-        case Path():
-            return str(value)
-        case _:
-            return value
-
-
-def _build(hint: Any, value: Any, key: str, origin: object) -> Any:
-    """``value`` as the type hint asks for it. ``key`` is its dotted name, empty at the top."""
-    if is_dataclass(hint):
-        return _build_dataclass(hint, value, key, origin)
-    kind, arguments = get_origin(hint), get_args(hint)
-    if kind in (Union, UnionType):
-        if value is None and NoneType in arguments:
-            return None
-        (hint,) = (argument for argument in arguments if argument is not NoneType)
-        return _build(hint, value, key, origin)
-    if kind is tuple and isinstance(value, list):
-        endless = arguments[-1] is Ellipsis
-        hints = [arguments[0]] * len(value) if endless else list(arguments)
-        if len(hints) == len(value):
-            pairs = enumerate(zip(hints, value, strict=True))
-            return tuple(_build(item_hint, item, f"{key}[{i}]", origin) for i, (item_hint, item) in pairs)
-    elif kind is Literal:
-        if value in arguments:
-            return value
-    elif hint is float:
-        if type(value) is int or isinstance(value, float):
-            number = _to_float(value)
-            if math.isfinite(number):
-                return number
-    elif hint is Path:
-        if isinstance(value, str) and value:
-            return Path(value)
-    elif type(value) is hint:
-        return value
-    raise FileProblem(origin, f"{key} is {reprlib.repr(value)}, but must be {_allowed(hint)}.")
-
-
-def _build_dataclass(hint: Any, value: Any, key: str, origin: object) -> Any:
-    name = key or "the file"
-    if not isinstance(value, dict):
-        raise FileProblem(origin, f"{name} is {reprlib.repr(value)}, but must be a table of settings.")
-    hints = get_type_hints(hint)
-    known = [field.name for field in fields(hint)]
-    prefix = f"{key}." if key else ""
-    unknown = [f"{prefix}{other}" for other in value if other not in known]
-    if unknown:
-        allowed = ", ".join(known)
-        raise FileProblem(origin, f"has unknown settings: {', '.join(unknown)}. Known in {name}: {allowed}.")
-    missing = [f"{prefix}{other}" for other in known if other not in value]
-    if missing:
-        raise FileProblem(origin, f"lacks the settings {', '.join(missing)}.")
-    values = {other: _build(hints[other], value[other], f"{prefix}{other}", origin) for other in known}
-    try:
-        return hint(**values)
-    except SymdynError as error:
-        raise FileProblem(origin, f"has a bad setting in {name}. {error}") from error
-
-
-def _to_float(value: float) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
-
-
-def _allowed(hint: Any) -> str:
-    kind, arguments = get_origin(hint), get_args(hint)
-    if kind is Literal:
-        return f"one of {', '.join(map(repr, arguments))}"
-    if kind is tuple:
-        number = "" if arguments[-1] is Ellipsis else f" of {len(arguments)}"
-        return f"a list{number}, each {_allowed(arguments[0])}"
-    names = {
-        float: "a finite number (in YAML 1.0e-3, not 1e-3)",
-        int: "a whole number",
-        bool: "true or false",
-        str: "text",
-        Path: "a path",
-    }
-    return names[hint]
+    return rebuild(TrainConfig, data, path)

@@ -26,6 +26,7 @@ from symdyn.observation import OBSERVATION
 from symdyn.origin import commit
 from symdyn.policy import INPUT, METADATA_KEY, OUTPUT, Policy, PolicyMetadata
 from symdyn.robot import GO2, Robot
+from symdyn.settings_data import plain
 from symdyn.timing import GRAVITY
 
 OPSET = 18
@@ -154,7 +155,7 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2)
         time_reversal=commands.time_reversal,
         training={
             "commit": origin_commit,
-            "config": config_file.plain(config),
+            "config": plain(config),
             "samples": run_dir.ancestor(run)["samples"] + iteration * config.num_envs * config.ppo.steps,
             "seed": config.seed,
         },

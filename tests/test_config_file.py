@@ -15,6 +15,7 @@ from rl import config_file
 from rl.commands import CommandConfig
 from rl.config import PRESETS, PPOConfig, TrainConfig, preset
 from symdyn.errors import FileProblem
+from symdyn.settings_data import differences, plain, rebuild
 
 
 @pytest.fixture
@@ -68,7 +69,7 @@ class TestRoundTrip:
 
     def test_plain_and_rebuild(self) -> None:
         config = preset("smoke")
-        assert config_file.rebuild(config_file.plain(config), "here") == config
+        assert rebuild(TrainConfig, plain(config), "here") == config
 
     def test_whole_numbers_do_for_numbers(self, path: Path) -> None:
         edit(path, lambda d: d["env"].update(episode_s=30))
@@ -159,7 +160,7 @@ class TestRefused:
 
 class TestDifferences:
     def test_none(self) -> None:
-        assert config_file.differences(preset("cpu"), preset("cpu")) == []
+        assert differences(preset("cpu"), preset("cpu")) == []
 
     def test_names_are_dotted_and_in_order(self) -> None:
         base = TrainConfig()
@@ -171,5 +172,5 @@ class TestDifferences:
             ppo=replace(base.ppo, hidden=(64,)),
         )
         wanted = ["seed", "timing", "env.commands.gaits", "env.commands.velocity_again_s", "ppo.hidden"]
-        assert config_file.differences(base, other) == wanted
-        assert config_file.differences(other, base) == wanted
+        assert differences(base, other) == wanted
+        assert differences(other, base) == wanted

@@ -20,7 +20,7 @@ import torch
 from tensordict import TensorDict
 
 from rl import checkpoint, config_file, export, run_dir
-from rl.config import preset
+from rl.config import TrainConfig, preset
 from rl.export import export_policy
 from rl.trainer import Trainer
 from symdyn.errors import FileProblem
@@ -29,6 +29,7 @@ from symdyn.observation import OBSERVATION
 from symdyn.origin import commit
 from symdyn.policy import METADATA_KEY, Policy
 from symdyn.robot import GO2
+from symdyn.settings_data import rebuild
 from symdyn.timing import GRAVITY, TimingCurve
 
 OBS = torch.randn(100, OBSERVATION.size, generator=torch.Generator().manual_seed(1))
@@ -127,7 +128,7 @@ class TestGood:
         assert meta.training["samples"] == 3 * 16 * 8
         assert meta.training["seed"] == 11
         assert meta.training["commit"] == "commit of rl"
-        assert config_file.rebuild(meta.training["config"], "the policy") == config
+        assert rebuild(TrainConfig, meta.training["config"], "the policy") == config
 
     def test_metadata_has_the_keys_of_the_contract(self, exported: Path) -> None:
         props = {p.key: p.value for p in onnx.load(exported).metadata_props}

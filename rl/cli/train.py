@@ -25,6 +25,7 @@ from symdyn.cli import INTERRUPTED  # noqa: E402
 from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.origin import commit  # noqa: E402
+from symdyn.settings_data import differences  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
         if not 0.0 < args.start_std < math.inf:
             raise InvalidValue("--start-std", args.start_std, "a number > 0")
     if args.resume is not None:
-        changed = config_file.differences(replace(args.config, iterations=default.iterations), default)
+        changed = differences(replace(args.config, iterations=default.iterations), default)
         if changed:
             raise InvalidValue(
                 "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
