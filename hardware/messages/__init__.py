@@ -9,3 +9,4 @@ from .leg_control_data_lcmt import leg_control_data_lcmt as leg_control_data_lcm
 from .pd_tau_targets_lcmt import pd_tau_targets_lcmt as pd_tau_targets_lcmt
 from .rc_command_lcmt import rc_command_lcmt as rc_command_lcmt
 from .state_estimator_lcmt import state_estimator_lcmt as state_estimator_lcmt
+from .session_info_lcmt import session_info_lcmt as session_info_lcmt

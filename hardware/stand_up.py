@@ -1,0 +1,89 @@
+"""From wherever the joints are to the stance, slowly; then every joint is moved a little, to see that it answers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hardware.faults import Fault
+from hardware.readings import Floats, Joints, Targets
+from hardware.settings import SafetyConfig, StandConfig
+from symdyn.legs import JOINTS, LEG_JOINTS
+
+
+class StandUp:
+    """Targets over time, and a verdict at the end.
+
+    Three parts: ``rise_s`` from the measured pose to the stance along a path without jerk at its ends, while the gains
+    ramp up; ``settle_s`` of rest; then each joint in turn goes ``wiggle`` up and back within ``wiggle_s``. If state or
+    commands come in another order than they go out, or with another sign, another joint answers, or none.
+
+    Args:
+        start: (12,) rad, the measured pose.
+        stance: (12,) rad, where to end.
+        config: times and gains.
+        safety: size of the wiggle, and what counts as an answer.
+    """
+
+    def __init__(self, start: Floats, stance: Floats, config: StandConfig, safety: SafetyConfig) -> None:
+        self._start, self._stance = start.copy(), stance.copy()
+        self._config, self._safety = config, safety
+        self._wiggle_from = config.rise_s + config.settle_s
+        self._dot = np.zeros((len(JOINTS), len(JOINTS)))
+        self._norm = np.zeros(len(JOINTS))
+        self._rest: dict[int, Floats] = {}
+
+    @property
+    def duration(self) -> float:
+        """s from the start to the verdict."""
+        return self._wiggle_from + len(JOINTS) * self._config.wiggle_s
+
+    def targets(self, time: float) -> Targets:
+        """Where the joints shall be ``time`` s after the start."""
+        share = np.clip(time / self._config.rise_s, 0.0, 1.0)
+        smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)  # the path of least jerk (Flash and Hogan 1985)
+        pos = self._start + smooth * (self._stance - self._start)
+        wiggled, height = self._wiggle(time)
+        if wiggled is not None:
+            pos[wiggled] += height
+        ramp = float(np.clip(time / self._config.ramp_s, 0.0, 1.0))
+        ones = np.ones(len(JOINTS))
+        return Targets(pos=pos, kp=ramp * self._config.kp * ones, kd=ramp * self._config.kd * ones)
+
+    def observe(self, time: float, joints: Joints) -> None:
+        """Take note of the joints ``time`` s after the start."""
+        wiggled, height = self._wiggle(time)
+        if wiggled is None:
+            return
+        rest = self._rest.setdefault(wiggled, joints.pos)
+        self._dot[wiggled] += height * (joints.pos - rest)
+        self._norm[wiggled] += height**2
+
+    def answers(self) -> Floats:
+        """How much of each joint's wiggle each joint answered, (12, 12): [which was wiggled, which answered]."""
+        return self._dot / np.maximum(self._norm, 1e-12)[:, None]
+
+    def verdict(self, joints: Joints) -> Fault | None:
+        """What is wrong at the end, or None."""
+        off = np.abs(joints.pos - self._stance)
+        worst = int(np.argmax(off))
+        if off[worst] > self._safety.stand_error:
+            return Fault("not_standing", f"{JOINTS[worst]} is {off[worst]:.2f} rad off")
+        answers = self.answers()
+        legs = np.arange(len(JOINTS)) // len(LEG_JOINTS)
+        for i, name in enumerate(JOINTS):
+            own = answers[i, i]
+            others = np.where(legs == legs[i], -np.inf, np.abs(answers[i]))
+            loudest = int(np.argmax(others))
+            if own < self._safety.wiggle_answer or others[loudest] > own:
+                return Fault(
+                    "joint_order",
+                    f"{name} answers {own:.0%} of its wiggle, {JOINTS[loudest]} {answers[i, loudest]:.0%}",
+                )
+        return None
+
+    def _wiggle(self, time: float) -> tuple[int | None, float]:
+        """Which joint is wiggled, and by how much, rad."""
+        number, part = divmod((time - self._wiggle_from) / self._config.wiggle_s, 1.0)
+        if not 0 <= number < len(JOINTS):
+            return None, 0.0
+        return int(number), self._safety.wiggle * float(np.sin(np.pi * part)) ** 2
