@@ -1,9 +1,14 @@
 """What a Go2's sensors make of the truth: noise, and feet that weigh in a unit of their own."""
 
+# mujoco is a compiled module without stubs
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -60,6 +65,16 @@ FOOT_OFFSET = (-5.0, 12.0)
 """Raw units that a foot shows in the air; with noise below 20."""
 
 
+def _slices(*sizes: int) -> list[slice]:
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+
+
+_SIZES = (3, len(LEGS), len(JOINTS), len(JOINTS), len(JOINTS), 3, 3)
+_ATTITUDE, _FEET, _POS, _VEL, _TORQUE, _TURN, _ACCELERATION = _slices(*_SIZES)
+_NUMBERS = sum(_SIZES)
+
+
 @dataclass(frozen=True)
 class Truth:
     """What there is to be measured. Joints in the order of JOINTS, legs in that of LEGS.
@@ -101,35 +116,41 @@ class Sensors:
 
     def measure(self, truth: Truth) -> Truth:
         """The truth as the sensors see it; ``foot_force`` in raw, whole units."""
-        noise, draw = self._noise, self._rng.standard_normal
-        rotation = self._tilt + noise.attitude * draw(3)
+        noise, white = self._noise, self._rng.standard_normal(_NUMBERS)
+        quat_w = truth.quat_w.copy()
+        mujoco.mju_quatIntegrate(quat_w, self._tilt + noise.attitude * white[_ATTITUDE], 1.0)
+        raw = self._foot_offset + self._foot_gain * truth.foot_force + noise.foot_force * white[_FEET]
         return Truth(
-            joint_pos=truth.joint_pos + noise.joint_pos * draw(len(JOINTS)),
-            joint_vel=truth.joint_vel + noise.joint_vel * draw(len(JOINTS)),
-            torque=truth.torque + noise.torque * draw(len(JOINTS)),
-            quat_w=_turned(truth.quat_w, rotation),
-            angular_velocity_b=truth.angular_velocity_b + self._drift + noise.angular_velocity * draw(3),
-            acceleration_b=truth.acceleration_b + noise.acceleration * draw(3),
-            foot_force=np.rint(
-                self._foot_offset + self._foot_gain * truth.foot_force + noise.foot_force * draw(len(LEGS))
-            ),
+            joint_pos=truth.joint_pos + noise.joint_pos * white[_POS],
+            joint_vel=truth.joint_vel + noise.joint_vel * white[_VEL],
+            torque=truth.torque + noise.torque * white[_TORQUE],
+            quat_w=quat_w,
+            angular_velocity_b=truth.angular_velocity_b + self._drift + noise.angular_velocity * white[_TURN],
+            acceleration_b=truth.acceleration_b + noise.acceleration * white[_ACCELERATION],
+            foot_force=np.rint(raw),
         )
 
 
-def roll_pitch_yaw(quat_w: Floats) -> Floats:
-    """Angles (3,) rad of the rotation Rz(yaw) Ry(pitch) Rx(roll) that (4,) w, x, y, z stands for."""
-    w, x, y, z = quat_w
-    return np.array(
-        [
-            np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-        ]
+def roll_pitch_yaw(quat_w: Floats) -> tuple[float, float, float]:
+    """Angles in rad of the rotation Rz(yaw) Ry(pitch) Rx(roll) that (4,) w, x, y, z stands for."""
+    w, x, y, z = quat_w.tolist()
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(min(1.0, max(-1.0, 2.0 * (w * y - z * x)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
     )
 
 
-def _turned(quat_w: Floats, rotation_b: Floats) -> Floats:
-    # quat times (1, r/2): first order is enough for angles of hundredths
-    w, v, half = quat_w[0], quat_w[1:], rotation_b / 2.0
-    turned = np.append(w - v @ half, v + w * half + np.cross(v, half))
-    return turned / np.linalg.norm(turned)
+def rotate(quat_w: Floats, vector_b: Floats) -> Floats:
+    """A body vector in the world frame, (3,), from (4,) and (3,)."""
+    vector_w = np.empty(3)
+    mujoco.mju_rotVecQuat(vector_w, vector_b, quat_w)
+    return vector_w
+
+
+def rotate_inverse(quat_w: Floats, vector_w: Floats) -> Floats:
+    """A world vector in the body frame, (3,); symdyn.frames has it for arrays, MuJoCo at a fiftieth of the time."""
+    inverse, vector_b = np.empty(4), np.empty(3)
+    mujoco.mju_negQuat(inverse, quat_w)
+    mujoco.mju_rotVecQuat(vector_b, vector_w, inverse)
+    return vector_b

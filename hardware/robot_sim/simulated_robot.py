@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -14,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
-from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw
+from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
 from hardware.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
-from symdyn.frames import rotate_inverse
 from symdyn.legs import JOINTS, LEGS, is_left
 from symdyn.robot import Robot
 
@@ -51,6 +51,7 @@ _SETTLING_KD = 2.0  # N m s/rad
 _HARNESS_STIFFNESS, _HARNESS_DAMPING = 3000.0, 300.0  # N/m, N s/m
 _HARNESS_TURN_STIFFNESS, _HARNESS_TURN_DAMPING = 60.0, 5.0  # N m/rad, N m s/rad
 
+_UP = np.array([0.0, 0.0, 1.0])
 _FROM_SDK, _TO_SDK = list(JOINTS_FROM_SDK), list(JOINTS_TO_SDK)
 _LEGS_TO_SDK = list(LEGS_TO_SDK)
 
@@ -79,6 +80,7 @@ class SimulatedRobot:
         model: the copy.
         data: MuJoCo's.
         bridge_stopped: whether the bridge has ceased to forward.
+        wrench_w: (6,) force and torque on the trunk from outside, world frame, N and N m.
     """
 
     def __init__(
@@ -98,6 +100,7 @@ class SimulatedRobot:
         self.data = mujoco.MjData(self.model)
         self.robot = robot
         self.bridge_stopped = False
+        self.wrench_w = np.zeros(6)
         self._joint_pos = np.array([model.joint(name).qposadr[0] for name in robot.joint_names])
         self._joint_vel = np.array([model.joint(name).dofadr[0] for name in robot.joint_names])
         self._motors = np.array([model.actuator(joint).id for joint in JOINTS])
@@ -127,6 +130,26 @@ class SimulatedRobot:
         """Of the trunk's origin above the floor, m."""
         return float(self.data.qpos[self._pos][2])
 
+    @property
+    def joint_range(self) -> Floats:
+        """Lower and upper end of each joint's range, (12, 2) rad."""
+        return self.model.jnt_range[[self.model.joint(name).id for name in self.robot.joint_names]]
+
+    @property
+    def torque_limit(self) -> Floats:
+        """Of each motor, (12,) N m."""
+        return self.model.actuator_forcerange[self._motors, 1]
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the trunk's z axis and the vertical, rad."""
+        return math.acos(min(1.0, max(-1.0, float(rotate(self._truth.quat_w, _UP)[2]))))
+
+    @property
+    def speed(self) -> float:
+        """Of the trunk, m/s."""
+        return float(np.linalg.norm(self.data.qvel[self._vel]))
+
     def command(self, message: pd_tau_targets_lcmt) -> None:
         """Take over targets from the wire, to be held until the next.
 
@@ -144,14 +167,22 @@ class SimulatedRobot:
     def step(self) -> None:
         """Advance by one period of the messages."""
         before = self._velocity()
-        if self._hung:
-            self._pull()
+        self.data.xfrc_applied[self._trunk] = self.wrench_w + self._harness()
         mujoco.mj_step(self.model, self.data)
         self._truth = self._sense(before)
         self._measured = self._sensors.measure(self._truth)
         self._wake()
-        if self._awake and np.abs(roll_pitch_yaw(self._measured.quat_w)[:2]).max() > BRIDGE_TILT:
+        if self._awake and max(map(abs, roll_pitch_yaw(self._measured.quat_w)[:2])) > BRIDGE_TILT:
             self.bridge_stopped = True
+
+    def kick(self, velocity_w: Floats) -> None:
+        """Change the trunk's velocity, (3,) m/s, at once."""
+        self.data.qvel[self._vel] += velocity_w
+
+    def load(self, mass: float) -> None:
+        """Add a mass to the trunk, kg."""
+        self.model.body_mass[self._trunk] += mass
+        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def joints(self) -> leg_control_data_lcmt:
         """What the bridge says of the joints now."""
@@ -167,7 +198,7 @@ class SimulatedRobot:
         message = state_estimator_lcmt()
         if self._awake:
             message.quat = _wire(self._measured.quat_w)
-            message.rpy = _wire(roll_pitch_yaw(self._measured.quat_w))
+            message.rpy = _wire(np.array(roll_pitch_yaw(self._measured.quat_w)))
             message.omegaBody = _wire(self._measured.angular_velocity_b)
             message.aBody = _wire(self._measured.acceleration_b)
             message.contact_estimate = _wire(self._measured.foot_force, _LEGS_TO_SDK)
@@ -179,13 +210,13 @@ class SimulatedRobot:
         message = state_estimator_lcmt()
         message.p = _wire(self.data.qpos[self._pos])
         message.quat = _wire(truth.quat_w)
-        message.rpy = _wire(roll_pitch_yaw(truth.quat_w))
+        message.rpy = _wire(np.array(roll_pitch_yaw(truth.quat_w)))
         message.vWorld = _wire(velocity_w)
         message.vBody = _wire(rotate_inverse(truth.quat_w, velocity_w))
         message.omegaBody = _wire(truth.angular_velocity_b)
-        message.omegaWorld = _wire(_rotate(truth.quat_w, truth.angular_velocity_b))
+        message.omegaWorld = _wire(rotate(truth.quat_w, truth.angular_velocity_b))
         message.aBody = _wire(truth.acceleration_b)
-        message.aWorld = _wire(_rotate(truth.quat_w, truth.acceleration_b))
+        message.aWorld = _wire(rotate(truth.quat_w, truth.acceleration_b))
         message.contact_estimate = _wire((truth.foot_force > CONTACT_FORCE).astype(float), _LEGS_TO_SDK)
         message.timestamp_us = round(1e6 * self.time)
         return message
@@ -214,22 +245,23 @@ class SimulatedRobot:
         gains = {"lying": (0.0, _SETTLING_KD), "standing": (robot.kp, robot.kd), "hung": (BRIDGE_KP, BRIDGE_KD)}[start]
         self._drive(pose, *gains, 0.0, 0.0)
         for _ in range(round(_SETTLING / PERIOD)):
-            if self._hung:
-                self._pull()
+            self.data.xfrc_applied[self._trunk] = self._harness()
             mujoco.mj_step(self.model, self.data)
         self.data.time = 0.0
         self._at_rest = start == "lying"
         if self._at_rest:
             self._drive(pose, 0.0, 0.0, 0.0, 0.0)
 
-    def _pull(self) -> None:
+    def _harness(self) -> Floats:
         # a spring and a damper to the hook, and the same against turning
+        if not self._hung:
+            return np.zeros(6)
         offset = np.array([0.0, 0.0, HANGING_HEIGHT]) - self.data.qpos[self._pos]
         force = _HARNESS_STIFFNESS * offset - _HARNESS_DAMPING * self.data.qvel[self._vel]
         w, v = self.data.qpos[self._quat][0], self.data.qpos[self._quat][1:]
         turn_w = -2.0 * _HARNESS_TURN_STIFFNESS * np.sign(w) * v
-        turn_w -= _HARNESS_TURN_DAMPING * _rotate(self.data.qpos[self._quat], self.data.qvel[self._turn])
-        self.data.xfrc_applied[self._trunk] = np.concatenate([force, turn_w])
+        turn_w -= _HARNESS_TURN_DAMPING * rotate(self.data.qpos[self._quat], self.data.qvel[self._turn])
+        return np.concatenate([force, turn_w])
 
     def _velocity(self) -> Floats:
         return self.data.qvel[self._vel].copy()
@@ -246,7 +278,7 @@ class SimulatedRobot:
             quat_w=quat_w,
             angular_velocity_b=data.qvel[self._turn].copy(),
             acceleration_b=rotate_inverse(quat_w, specific_force_w),
-            foot_force=np.linalg.norm(data.sensordata[self._feet], axis=1),
+            foot_force=np.sqrt(np.square(data.sensordata[self._feet]).sum(axis=1)),
         )
 
 
@@ -258,8 +290,3 @@ def _outwards(leg: str, pose: tuple[float, float, float]) -> tuple[float, float,
 def _wire(values: Floats, order: list[int] | None = None) -> list[float]:
     # through float32: what a receiver sees, also of a message that was never encoded
     return (values if order is None else values[order]).astype(np.float32).tolist()
-
-
-def _rotate(quat_w: Floats, vector_b: Floats) -> Floats:
-    inverse = quat_w * np.array([1.0, -1.0, -1.0, -1.0])
-    return rotate_inverse(inverse, vector_b)

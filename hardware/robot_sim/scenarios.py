@@ -1,0 +1,93 @@
+"""What the person at the joystick of a simulated robot does, by name."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hardware.joystick_map import MIRRORED, JoystickConfig
+from hardware.readings import BUTTONS
+from hardware.robot_sim.joystick_operator import Seen, Step
+from symdyn.errors import UnknownName
+from symdyn.gaits import PAPER_GAITS
+
+SPEED = 0.8
+"""m/s; the paper's on the robot."""
+
+_UP, _DOWN = 0.25, 0.15  # m of trunk height, above which a Go2 stands and below which it lies
+_STILL = 0.1  # m/s of the trunk
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A script for the joystick.
+
+    Attributes:
+        help: one line.
+        steps: of :class:`hardware.robot_sim.joystick_operator.JoystickOperator`.
+    """
+
+    help: str
+    steps: tuple[Step, ...]
+
+
+def _stands(seen: Seen) -> bool:
+    return seen.height > _UP and seen.speed < _STILL
+
+
+def _lies(seen: Seen) -> bool:
+    return seen.height < _DOWN and seen.speed < _STILL
+
+
+_CONFIG = JoystickConfig()
+_NEXT, _STOP, _TO_PASSIVE = _CONFIG.next_state, _CONFIG.stop[0], _CONFIG.to_passive
+
+_STAND_UP = (
+    Step(f"presses {_NEXT} to stand", until=lambda seen: seen.mode == "standing", shoulder=_NEXT),
+    Step("waits until it stands", until=_stands, still_s=1.0, upright=True),
+)
+_RUN = (
+    Step(f"presses {_NEXT} to run", until=lambda seen: seen.mode == "running", shoulder=_NEXT, upright=True),
+    Step("lets it tread on the spot", hold_s=1.0, upright=True),
+)
+_END = (
+    Step("stops", hold_s=2.0, upright=True),
+    Step(f"presses {_STOP} to damp", until=lambda seen: seen.mode == "damping", shoulder=_STOP),
+    Step("waits until it lies", until=_lies, still_s=1.0),
+    Step(f"presses {_TO_PASSIVE} to end the damping", hold_s=1.0, shoulder=_TO_PASSIVE),
+)
+
+
+def _gait(name: str, seconds: float) -> Step:
+    button = next(button for button in BUTTONS if getattr(_CONFIG.buttons, button) == name)
+    return Step(f"{name} at {SPEED:g} m/s", hold_s=seconds, button=button, speed=SPEED, upright=True)
+
+
+_PAPER = (
+    "trot", "bound", "half_bound_left", "rotary_gallop",
+    "half_bound_right", "transverse_gallop", f"rotary_gallop{MIRRORED}", f"transverse_gallop{MIRRORED}",
+    "trot",
+)  # fmt: skip
+
+SCENARIOS: dict[str, Scenario] = {
+    "idle": Scenario("nobody touches the joystick", ()),
+    "stand": Scenario("stands up", (*_STAND_UP, Step("leaves it standing", hold_s=math.inf, upright=True))),
+    "run": Scenario("stands up and trots until the end", (*_STAND_UP, *_RUN, _gait("trot", math.inf))),
+    "gaits": Scenario(
+        "stands up, runs in each of the six gaits for 6 s, lies down",
+        (*_STAND_UP, *_RUN, *(_gait(name, 6.0) for name in PAPER_GAITS), *_END),
+    ),
+    "paper": Scenario(
+        "the paper's experiment: stands up, trots, bounds, half-bounds, gallops, changes leads, 5 s each, lies down",
+        (*_STAND_UP, *_RUN, *(_gait(name, 5.0) for name in _PAPER), *_END),
+    ),
+}
+"""By name."""
+
+
+def get_scenario(name: str) -> Scenario:
+    """The scenario of that name. Raises UnknownName."""
+    try:
+        return SCENARIOS[name]
+    except KeyError:
+        raise UnknownName("scenario", name, SCENARIOS) from None

@@ -1,0 +1,107 @@
+"""What a robot is told: in which mode, how often, and whether within its limits."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Literal
+
+import numpy as np
+
+from hardware.messages import pd_tau_targets_lcmt
+from hardware.readings import Floats, Joints, Targets
+from hardware.robot_sim.faults import FOREIGN_SENDER
+from symdyn.robot import Robot
+
+Mode = Literal["untold", "limp", "damping", "standing", "running"]
+"""By the gains of the last targets. ``untold``: none yet. ``limp``: none. ``damping``: kp 0. ``running``: the kp that
+policies of this robot are trained with, and at most their kd. ``standing``: others."""
+
+MEMORY = 25
+"""Messages of the joints, 50 ms, of which the sender may have used any; older ones it must not."""
+
+TORQUE_TOLERANCE = 1e-3
+"""N m; the wire's float32."""
+
+
+def mode_of(targets: Targets, robot: Robot) -> Mode:
+    """What gains stand for; see :data:`Mode`."""
+    if not targets.kp.any():
+        return "damping" if targets.kd.any() else "limp"
+    running = np.allclose(targets.kp, robot.kp) and (targets.kd <= robot.kd + 1e-9).all()
+    return "running" if running else "standing"
+
+
+class TargetMonitor:
+    """Watches the targets of one sender; those of the second deployer of :mod:`hardware.robot_sim.faults` are left out.
+
+    Args:
+        robot: for its gains.
+        joint_range: (12, 2) rad.
+        torque_limit: (12,) N m.
+
+    Attributes:
+        mode: of the last targets.
+        mode_since: when it became so, s of the sender's clock.
+        history: (time, mode) of every change.
+        count: targets received.
+        not_finite: how many held NaN or infinity.
+        first: when the first came, s, or None.
+        last: when the last came, s, or None.
+        longest_gap: between two, s.
+        range_excess: furthest target beyond a joint's range, rad.
+        torque_excess: by how much |kp (pos - q) - kd qd + torque| was over the motor's limit for each of the last
+            messages of the joints, at most, N m; 0 if it never was.
+        torque_excesses: how many targets were over.
+    """
+
+    def __init__(self, robot: Robot, joint_range: Floats, torque_limit: Floats) -> None:
+        self._robot, self._range, self._torque_limit = robot, joint_range, torque_limit
+        self._states: deque[Joints] = deque(maxlen=MEMORY)
+        self._recent: deque[float] = deque()
+        self.mode: Mode = "untold"
+        self.mode_since = -math.inf
+        self.history: list[tuple[float, Mode]] = []
+        self.count = self.not_finite = self.torque_excesses = 0
+        self.first: float | None = None
+        self.last: float | None = None
+        self.longest_gap = self.range_excess = self.torque_excess = 0.0
+
+    def published(self, joints: Joints) -> None:
+        """Take note of a message of the joints, which targets may build on from now on."""
+        self._states.append(joints)
+
+    def received(self, now: float, message: pd_tau_targets_lcmt) -> None:
+        """Judge targets that came at ``now``, s."""
+        if message.robot_id == FOREIGN_SENDER:
+            return
+        self.count += 1
+        self.first = now if self.first is None else self.first
+        self.longest_gap = max(self.longest_gap, now - (now if self.last is None else self.last))
+        self.last = now
+        self._recent.append(now)
+        targets = Targets.of(message)
+        if not all(np.isfinite(array).all() for array in (targets.pos, targets.kp, targets.kd)):
+            self.not_finite += 1
+            return
+        mode = mode_of(targets, self._robot)
+        if mode != self.mode:
+            self.mode, self.mode_since = mode, now
+            self.history.append((now, mode))
+        if targets.kp.any():
+            beyond = np.maximum(self._range[:, 0] - targets.pos, targets.pos - self._range[:, 1])
+            self.range_excess = max(self.range_excess, float(beyond.max()))
+        excess = min((self._torque_excess(targets, joints) for joints in self._states), default=0.0)
+        if excess > TORQUE_TOLERANCE:
+            self.torque_excesses += 1
+            self.torque_excess = max(self.torque_excess, excess)
+
+    def rate(self, now: float) -> float:
+        """Targets in the last second."""
+        while self._recent and self._recent[0] <= now - 1.0:
+            self._recent.popleft()
+        return float(len(self._recent))
+
+    def _torque_excess(self, targets: Targets, joints: Joints) -> float:
+        torque = targets.kp * (targets.pos - joints.pos) - targets.kd * joints.vel
+        return float((np.abs(torque) - self._torque_limit).max())
