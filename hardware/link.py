@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import socket
 import threading
@@ -9,6 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -76,7 +78,7 @@ class Link:
         self._thread = threading.Thread(target=self._receive, name="lcm", daemon=True)
         self._sending = threading.Lock()
         for channel in channels:
-            subscription = self._lcm.subscribe(channel, self._take)
+            subscription = self._lcm.subscribe(channel, self.take)
             # lcm drops the newest when its queue is full
             subscription.set_queue_capacity(_QUEUE)
 
@@ -111,6 +113,11 @@ class Link:
         with self._sending:
             self._lcm.publish(channel, data)
 
+    @property
+    def thread_id(self) -> int | None:
+        """The operating system's number of the receiving thread."""
+        return self._thread.native_id
+
     def _receive(self) -> None:
         try:
             while not self._stop.is_set():
@@ -119,7 +126,8 @@ class Link:
             self.failure = error
             _log.exception("The thread that receives has ended")
 
-    def _take(self, channel: str, data: bytes) -> None:
+    def take(self, channel: str, data: bytes) -> None:
+        """Take bytes as if they had just arrived. Each channel is to be fed by one thread only."""
         arrival = time.monotonic()
         try:
             message = decode(channel, data)
@@ -147,24 +155,24 @@ def check_url(url: str) -> None:
     allowed = f"udpm://GROUP:PORT?ttl=N, GROUP within 224.0.0.0/4, for example {DEFAULT_URL}"
     try:
         parts = urlsplit(url)
-        query = parse_qs(parts.query, strict_parsing=True) if parts.query else {}
-        group, port = socket.inet_aton(parts.hostname or ""), parts.port
-        ttl = int(query.get("ttl", ["0"])[0])
-        sound = (
-            parts.scheme == "udpm"
-            and (parts.hostname or "").count(".") == 3
-            and 224 <= group[0] < 240
-            and port is not None
-            and 0 < port < 65536
-            and 0 <= ttl < 256
-            and set(query) <= {"ttl", "recv_buf_size"}
-            and not parts.path
-        )
-    except (ValueError, OSError):
+        query = parse_qs(parts.query, keep_blank_values=True, strict_parsing=True) if parts.query else {}
+        group, port = IPv4Address(parts.hostname or ""), parts.port
+        numbers = {name: int(*values) for name, values in query.items()}
+    except (ValueError, TypeError):
         raise InvalidValue("The LCM URL", url, allowed) from None
+    plain = f"udpm://{group}:{port}" + (f"?{parts.query}" if query else "")
+    sound = (
+        url == plain
+        and group.is_multicast
+        and port is not None
+        and 0 < port < 65536
+        and 0 <= numbers.pop("ttl", 0) < 256
+        and numbers.pop("recv_buf_size", 1) > 0
+        and not numbers
+    )
     if not sound or port is None:
         raise InvalidValue("The LCM URL", url, allowed)
-    _check_multicast(str(parts.hostname), port)
+    _check_multicast(str(group), port)
 
 
 def _check_multicast(group: str, port: int) -> None:
@@ -173,9 +181,10 @@ def _check_multicast(group: str, port: int) -> None:
         try:
             probe.bind(("", port))
         except OSError as error:
+            holder = ": another program holds it" if error.errno == errno.EADDRINUSE else ""
             raise ResourceProblem(
-                f"UDP port {port} cannot be opened ({error.strerror}): another program holds it. Name another port in "
-                f"--url, for example udpm://{group}:{port + 1}?ttl=0, here and at the bridge."
+                f"UDP port {port} cannot be opened ({error.strerror}){holder}. Name another port in --url, for example "
+                f"udpm://{group}:{port + 1 if port < 65535 else 7667}?ttl=0, here and at the bridge."
             ) from error
         try:
             membership = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")

@@ -11,6 +11,7 @@ import numpy as np
 from hardware.messages import pd_tau_targets_lcmt
 from hardware.readings import Floats, Joints, Targets
 from hardware.robot_sim.faults import FOREIGN_SENDER
+from symdyn.legs import JOINTS
 from symdyn.robot import Robot
 
 Mode = Literal["untold", "limp", "damping", "standing", "running"]
@@ -57,7 +58,9 @@ class TargetMonitor:
 
     def __init__(self, robot: Robot, joint_range: Floats, torque_limit: Floats) -> None:
         self._robot, self._range, self._torque_limit = robot, joint_range, torque_limit
-        self._states: deque[Joints] = deque(maxlen=MEMORY)
+        # the last messages of the joints, in a ring; NaN where there was none yet
+        self._pos, self._vel = np.full((2, MEMORY, len(JOINTS)), np.nan)
+        self._published = 0
         self._recent: deque[float] = deque()
         self.mode: Mode = "untold"
         self.mode_since = -math.inf
@@ -69,7 +72,9 @@ class TargetMonitor:
 
     def published(self, joints: Joints) -> None:
         """Take note of a message of the joints, which targets may build on from now on."""
-        self._states.append(joints)
+        self._pos[self._published % MEMORY] = joints.pos
+        self._vel[self._published % MEMORY] = joints.vel
+        self._published += 1
 
     def received(self, now: float, message: pd_tau_targets_lcmt) -> None:
         """Judge targets that came at ``now``, s."""
@@ -91,7 +96,7 @@ class TargetMonitor:
         if targets.kp.any():
             beyond = np.maximum(self._range[:, 0] - targets.pos, targets.pos - self._range[:, 1])
             self.range_excess = max(self.range_excess, float(beyond.max()))
-        excess = min((self._torque_excess(targets, joints) for joints in self._states), default=0.0)
+        excess = self._torque_excess(targets)
         if excess > TORQUE_TOLERANCE:
             self.torque_excesses += 1
             self.torque_excess = max(self.torque_excess, excess)
@@ -102,6 +107,7 @@ class TargetMonitor:
             self._recent.popleft()
         return float(len(self._recent))
 
-    def _torque_excess(self, targets: Targets, joints: Joints) -> float:
-        torque = targets.kp * (targets.pos - joints.pos) - targets.kd * joints.vel
-        return float((np.abs(torque) - self._torque_limit).max())
+    def _torque_excess(self, targets: Targets) -> float:
+        known = slice(min(self._published, MEMORY))
+        torque = targets.kp * (targets.pos - self._pos[known]) - targets.kd * self._vel[known]
+        return float((np.abs(torque) - self._torque_limit).max(axis=1).min()) if self._published else 0.0
