@@ -97,7 +97,7 @@ FAULTS: dict[str, FaultKind] = {
         ),
         FaultKind(
             "joint_order",
-            "wiggled at stand by {wiggle} rad, a joint answers less than {wiggle_answer} of it, or another leg's more",
+            "wiggled at stand by {wiggle} rad, a joint answers less than {wiggle_answer} of it, or another more",
             "joints are permuted, a sign is flipped, or a motor does not answer",
             "which joint is in the message; check order and signs of the bridge",
         ),

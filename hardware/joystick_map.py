@@ -93,7 +93,9 @@ class JoystickConfig:
             if name not in SHOULDERS:
                 raise UnknownName("shoulder button", name, SHOULDERS)
         if len(set(names)) < len(names) or not self.stop:
-            raise InvalidValue("The shoulder buttons", names, "one each for next_state, to_passive and at least one stop")
+            raise InvalidValue(
+                "The shoulder buttons", names, "all different, and one to stop"
+            )
         for name in ("max_speed", "max_lateral_speed", "max_yaw_rate"):
             value = getattr(self, name)
             if not 0.0 <= value <= 5.0:
@@ -131,5 +133,7 @@ def check_gaits(config: JoystickConfig, policy: Policy) -> None:
     for button, gait in config.gaits().items():
         if classify(gait).group not in groups:
             raise InvalidValue(
-                f"The gait of button {button}", gait.name, f"of a class the policy was trained on: {', '.join(policy.gaits)}"
+                f"The gait of button {button}",
+                gait.name,
+                f"of the class of one of {', '.join(policy.gaits)}",
             )

@@ -38,7 +38,7 @@ class SafetyConfig:
             end. So a joint is never driven into its stop, and pushing off through a stretching knee remains possible.
         damping_kd: gain of damping, N m s/rad; less where a joint is so fast that its torque limit would be passed.
         wiggle: by how much each joint is moved at stand, rad.
-        wiggle_answer: the least share of it that must be answered.
+        wiggle_answer: the least share of it that the joint must answer, and the most that another may.
         stand_error: largest deviation of a joint from the stance at the end of Stand, rad.
     """
 
@@ -56,8 +56,8 @@ class SafetyConfig:
     target_rate: float = 100.0
     target_lead: float = 2.0
     damping_kd: float = 4.0
-    wiggle: float = 0.05
-    wiggle_answer: float = 0.2
+    wiggle: float = 0.08
+    wiggle_answer: float = 0.4
     stand_error: float = 0.25
 
     def __post_init__(self) -> None:
@@ -80,7 +80,7 @@ class StandConfig:
     rise_s: float = 2.0
     ramp_s: float = 0.5
     settle_s: float = 0.5
-    wiggle_s: float = 0.16
+    wiggle_s: float = 0.2
     kp: float = 60.0
     kd: float = 3.0
 

@@ -7,15 +7,20 @@ import numpy as np
 from hardware.faults import Fault
 from hardware.readings import Floats, Joints, Targets
 from hardware.settings import SafetyConfig, StandConfig
-from symdyn.legs import JOINTS, LEG_JOINTS
+from symdyn.legs import JOINTS
 
 
 class StandUp:
     """Targets over time, and a verdict at the end.
 
     Three parts: ``rise_s`` from the measured pose to the stance along a path without jerk at its ends, while the gains
-    ramp up; ``settle_s`` of rest; then each joint in turn goes ``wiggle`` up and back within ``wiggle_s``. If state or
-    commands come in another order than they go out, or with another sign, another joint answers, or none.
+    ramp up; ``settle_s`` of rest; then the target of each joint in turn goes ``wiggle`` up and back in ``wiggle_s``.
+
+    On its feet the robot is a closed chain: the joint itself moves by a tenth to a half of the wiggle, and others with
+    it. But the motor's law holds for every joint by itself, torque = kp (target - q) - kd qd. So the target that a
+    joint obeys can be told from its state, q + torque / kp (qd, odd about the middle of the wiggle, cancels); that of
+    the wiggled joint must move as it was told, and no other. If state or commands come in another order than they go
+    out, or with another sign, another joint answers, or none.
 
     Args:
         start: (12,) rad, the measured pose.
@@ -28,9 +33,7 @@ class StandUp:
         self._start, self._stance = start.copy(), stance.copy()
         self._config, self._safety = config, safety
         self._wiggle_from = config.rise_s + config.settle_s
-        self._dot = np.zeros((len(JOINTS), len(JOINTS)))
-        self._norm = np.zeros(len(JOINTS))
-        self._rest: dict[int, Floats] = {}
+        self._seen: list[list[tuple[float, Floats]]] = [[] for _ in JOINTS]
 
     @property
     def duration(self) -> float:
@@ -54,13 +57,20 @@ class StandUp:
         wiggled, height = self._wiggle(time)
         if wiggled is None:
             return
-        rest = self._rest.setdefault(wiggled, joints.pos)
-        self._dot[wiggled] += height * (joints.pos - rest)
-        self._norm[wiggled] += height**2
+        self._seen[wiggled].append((height, joints.pos + joints.torque / self._config.kp))
 
     def answers(self) -> Floats:
-        """How much of each joint's wiggle each joint answered, (12, 12): [which was wiggled, which answered]."""
-        return self._dot / np.maximum(self._norm, 1e-12)[:, None]
+        """How much of each joint's wiggle each joint answered, (12, 12): [which was wiggled, which answered].
+
+        The slope of what a joint obeyed over the height of the wiggle, by least squares.
+        """
+        slopes = np.zeros((len(JOINTS), len(JOINTS)))
+        for wiggled, seen in enumerate(self._seen):
+            if len(seen) > 2:
+                height = np.array([h for h, _ in seen])
+                height -= height.mean()
+                slopes[wiggled] = height @ np.stack([obeyed for _, obeyed in seen]) / (height @ height)
+        return slopes
 
     def verdict(self, joints: Joints) -> Fault | None:
         """What is wrong at the end, or None."""
@@ -69,12 +79,12 @@ class StandUp:
         if off[worst] > self._safety.stand_error:
             return Fault("not_standing", f"{JOINTS[worst]} is {off[worst]:.2f} rad off")
         answers = self.answers()
-        legs = np.arange(len(JOINTS)) // len(LEG_JOINTS)
         for i, name in enumerate(JOINTS):
             own = answers[i, i]
-            others = np.where(legs == legs[i], -np.inf, np.abs(answers[i]))
+            others = np.abs(answers[i])
+            others[i] = 0.0
             loudest = int(np.argmax(others))
-            if own < self._safety.wiggle_answer or others[loudest] > own:
+            if own < self._safety.wiggle_answer or others[loudest] > self._safety.wiggle_answer:
                 return Fault(
                     "joint_order",
                     f"{name} answers {own:.0%} of its wiggle, {JOINTS[loudest]} {answers[i, loudest]:.0%}",

@@ -1,4 +1,4 @@
-"""The last word on what is sent: targets that ask for no torque beyond the motors', and drive no joint into its stop."""
+"""The last word on what is sent: no torque beyond the motors', no joint driven into its stop."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def limited(
     """Targets within every limit.
 
     |kp (pos - q) - kd qd| <= torque limit, and :func:`target_range`, hold exactly for joints at most
-    ``safety.position_margin`` beyond their range (further out is a fault). The rate limit yields to these two. Where damping alone
-    would exceed the torque limit, kd is lowered.
+    ``safety.position_margin`` beyond their range (further out is a fault). The rate limit yields to these two. Where
+    damping alone would exceed the torque limit, kd is lowered.
 
     Args:
         targets: wanted.
