@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import lcm
 
-from hardware.channels import WrongMessage, decode, encode
+from hardware.channels import MESSAGES, WrongMessage, decode, encode
 from symdyn.errors import InvalidValue, ResourceProblem
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
@@ -53,6 +53,11 @@ class Link:
         on_message: called in the receiving thread with channel, bytes, arrival (s of time.monotonic()) and number for
             every message that was taken.
 
+    Attributes:
+        refused: messages of a wrong type or length, by channel.
+        foreign: messages on channels that are neither the bridge's nor symdyn's.
+        failure: what ended the thread that receives, or None.
+
     Raises:
         InvalidValue: if the URL is malformed.
         ResourceProblem: if the port is taken, or there is no route for multicast.
@@ -73,6 +78,7 @@ class Link:
         self._on_message = on_message
         self._latest: dict[str, Received] = {}
         self.refused: Counter[str] = Counter()
+        self.foreign = 0
         self.failure: Exception | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._receive, name="lcm", daemon=True)
@@ -81,6 +87,8 @@ class Link:
             subscription = self._lcm.subscribe(channel, self.take)
             # lcm drops the newest when its queue is full
             subscription.set_queue_capacity(_QUEUE)
+        # channels are regular expressions to lcm, matched as a whole
+        self._lcm.subscribe(f"(?!({'|'.join(MESSAGES)})$).*", self._count_foreign)
 
     def start(self) -> None:
         """Begin to receive."""
@@ -125,6 +133,11 @@ class Link:
         except Exception as error:
             self.failure = error
             _log.exception("The thread that receives has ended")
+
+    def _count_foreign(self, channel: str, _data: bytes) -> None:
+        self.foreign += 1
+        if self.foreign == 1:
+            _log.warning("A message on channel %r, which is not for here. It and its like are ignored.", channel)
 
     def take(self, channel: str, data: bytes) -> None:
         """Take bytes as if they had just arrived. Each channel is to be fed by one thread only."""

@@ -1,0 +1,102 @@
+"""``symdyn deploy``: a policy file on the robot."""
+
+from __future__ import annotations
+
+import logging
+import logging.handlers
+import os
+import queue
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from hardware.deployer import Deployer, Options
+from hardware.display import Display
+from hardware.keyboard import KEYS, Keyboard
+from hardware.link import DEFAULT_URL
+from hardware.readings import BUTTONS
+from hardware.settings import Settings
+from symdyn.console import log_to, make_console
+from symdyn.policy import Policy
+
+
+@dataclass(frozen=True)
+class DeployArguments:
+    """Run a policy on a Go2 over LCM: 200 checks and targets a second, 50 actions.
+
+    The robot (or symdyn robot-sim) is behind the bridge of walk-these-ways-go2, or one that speaks as it does. Read
+    docs/robot.md before the first run; hang the robot up for that.
+
+    Attributes:
+        policy: file made by symdyn export.
+        url: of LCM. ttl=0 stays on this computer; with a bridge on another one, ttl=1. LCM_DEFAULT_URL if not given.
+        log: event log to write, for symdyn analyze and symdyn replay.
+        dry_run: compute and log, but send nothing to the robot.
+        keyboard: keys stand in for the joystick; the list is below.
+        realtime: ask for real-time scheduling, which takes root or CAP_SYS_NICE; without it, it runs all the same.
+        settings: limits, gains, buttons.
+    """
+
+    policy: Annotated[Path, tyro.conf.Positional]
+    url: str | None = None
+    log: Path | None = None
+    dry_run: bool = False
+    keyboard: bool = False
+    realtime: bool = True
+    settings: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+
+
+def _help() -> str:
+    joystick = Settings().joystick
+    gaits = ", ".join(f"{button} {getattr(joystick.buttons, button)}" for button in BUTTONS)
+    keys = "; ".join(f"{key}: {what}" for key, what in KEYS.items())
+    return (
+        f"{DeployArguments.__doc__}\n\n"
+        f"Joystick. {joystick.next_state}: go on, Passive to Stand to Run. {' or '.join(joystick.stop)}: stop, the "
+        f"robot is damped. {joystick.to_passive}: end the damping. Left stick: velocity. Gaits: {gaits}. Each can be "
+        f"changed by an option below.\n\nKeys with --keyboard. {keys}.\n\n"
+        "Ctrl-C damps the robot and goes on damping; once more, or the button that ends the damping, ends the program."
+    )
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command: 0, or 1 if a fault has struck. Raises SymdynError before any motor is told anything."""
+    args = tyro.cli(DeployArguments, args=list(arguments), prog="symdyn deploy", description=_help())
+    console = make_console()
+    log_to(console)
+    url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
+    policy = Policy.load(args.policy)
+    options = Options(url, args.log, args.dry_run, args.realtime)
+    deployer = Deployer(policy, args.policy, args.settings, options, args.keyboard)
+    keyboard = Keyboard(deployer.link, args.settings.joystick) if args.keyboard else None
+    console.print(f"{args.policy.name} at {url}" + (", dry run: nothing is sent" if args.dry_run else "."))
+    listener = _log_from_a_thread()
+    display = Display(deployer, console, args.keyboard)
+    try:
+        if keyboard is not None:
+            keyboard.start()
+        display.start()
+        code = deployer.run()
+    finally:
+        display.close()
+        if keyboard is not None:
+            keyboard.close()
+        listener.stop()
+    for fault in deployer.faults:
+        console.print(f"Damped for: {fault}")
+    if args.log is not None:
+        console.print(f"Wrote {args.log}. Next:\n  symdyn analyze {args.log}\n  symdyn replay {args.log} {args.policy}")
+    return code
+
+
+def _log_from_a_thread() -> logging.handlers.QueueListener:
+    """Let a thread of its own write the log to the terminal, which may block; the loop only queues it."""
+    root = logging.getLogger()
+    waiting: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    listener = logging.handlers.QueueListener(waiting, *root.handlers)
+    root.handlers = [logging.handlers.QueueHandler(waiting)]
+    listener.start()
+    return listener
