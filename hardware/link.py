@@ -24,6 +24,7 @@ DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 _POLL_MS = 20
 _QUEUE = 500
+_SELF_TEST = "LCM_SELF_TEST"  # on which lcm hears itself when it opens a socket
 _log = logging.getLogger(__name__)
 
 
@@ -88,7 +89,7 @@ class Link:
             # lcm drops the newest when its queue is full
             subscription.set_queue_capacity(_QUEUE)
         # channels are regular expressions to lcm, matched as a whole
-        self._lcm.subscribe(f"(?!({'|'.join(MESSAGES)})$).*", self._count_foreign)
+        self._lcm.subscribe(f"(?!({'|'.join([*MESSAGES, _SELF_TEST])})$).*", self._count_foreign)
 
     def start(self) -> None:
         """Begin to receive."""

@@ -132,6 +132,8 @@ class TestMulticast:
             assert wait_for(lambda: robot.latest(TARGETS) is not None)
             assert robot.latest(TARGETS).message.id == 9  # type: ignore[union-attr]
             assert deployer.latest(JOINTS).message.q[3] == 0.5  # type: ignore[union-attr]
+            # not even lcm's own test of the second link, which the first heard
+            assert (robot.foreign, robot.refused) == (0, {})
 
     def test_another_port_is_not_heard(self):
         here, there = multicast_url(), multicast_url()
