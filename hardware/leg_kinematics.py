@@ -27,6 +27,16 @@ Floats = NDArray[np.float64]
 _LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)
 
 
+def skew(vectors: Floats) -> Floats:
+    """The matrices S with S u = vector x u, (..., 3, 3), from (..., 3)."""
+    return (vectors @ _LEVI_CIVITA).reshape(*vectors.shape, 3)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """a x b along the last axis, broadcast; np.cross at a fraction of the time."""
+    return (skew(a) @ b[..., None])[..., 0]
+
+
 @dataclass(frozen=True, eq=False)
 class JointLimits:
     """What the URDF allows each joint, in the order of symdyn.legs.JOINTS.
@@ -83,7 +93,7 @@ class Feet:
 
     def sole_jacobian_b(self, up_b: Floats) -> Floats:
         """Jacobian of the piece of rubber that is lowest now, (4, 3, 3), as ``centre_jacobian_b``."""
-        return self.centre_jacobian_b + self.radius[:, None, None] * (_skew(up_b) @ self.axes_b)
+        return self.centre_jacobian_b + self.radius[:, None, None] * (skew(up_b) @ self.axes_b)
 
 
 class LegKinematics:
@@ -94,34 +104,38 @@ class LegKinematics:
 
     Attributes:
         robot: the same.
+        model: Pinocchio's, the trunk fixed to its universe, motors' rotors in its armature.
+        joints: (12,) where in the model's vectors the joints of symdyn.legs.JOINTS are.
         mass: of all of the robot, kg.
 
     Raises:
-        FileProblem: if the URDF is missing, cannot be read, or lacks a joint or a foot with a collision mesh.
+        FileProblem: if the URDF is missing, cannot be read, or lacks a joint, its rotor, or a foot with a collision
+            mesh.
         ResourceProblem: if example-robot-data is not installed.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._model = _load(robot)
-        self._data = self._model.createData()
+        self.model = _load(robot)
+        self._data = self.model.createData()
         # what is fixed to the trunk has no joint above it, and is not in Pinocchio's total
-        self.mass = float(self._model.inertias[0].mass + pinocchio.computeTotalMass(self._model))
-        self._index = _joint_indices(self._model, robot)
-        self._feet = [_foot_frame(self._model, robot, link) for link in robot.foot_links]
-        self._centre, self._radius = _foot_spheres(self._model, robot, self._feet)
-        self._configuration = np.zeros(self._model.nq)
+        self.mass = float(self.model.inertias[0].mass + pinocchio.computeTotalMass(self.model))
+        self.joints = _joint_indices(self.model, robot)
+        self.model.armature = _reflected_inertia(self.model, robot, self.joints)
+        self._feet = [_link(self.model, robot, link) for link in robot.foot_links]
+        self._centre, self._radius = _foot_spheres(self.model, robot, self._feet)
+        self._configuration = np.zeros(self.model.nq)
 
     def feet(self, joint_pos: Floats) -> Feet:
         """The feet at joint angles ``joint_pos``, (12,) rad."""
-        model, data = self._model, self._data
-        self._configuration[self._index] = joint_pos
+        model, data = self.model, self._data
+        self._configuration[self.joints] = joint_pos
         # velocity of what each joint drives: of its point at the trunk's origin, and angular
         jacobian = pinocchio.computeJointJacobians(model, data, self._configuration)
-        origin, axes = jacobian[:, self._index].reshape(2, 3, len(LEGS), len(LEG_JOINTS)).transpose(0, 2, 1, 3)
+        origin, axes = jacobian[:, self.joints].reshape(2, 3, len(LEGS), len(LEG_JOINTS)).transpose(0, 2, 1, 3)
         placed = [pinocchio.updateFramePlacement(model, data, foot) for foot in self._feet]
         centre = np.array([foot.act(centre) for foot, centre in zip(placed, self._centre, strict=True)])
-        return Feet(centre, origin - _skew(centre) @ axes, axes, self._radius)
+        return Feet(centre, origin - skew(centre) @ axes, axes, self._radius)
 
 
 def _load(robot: Robot) -> pinocchio.Model:
@@ -142,7 +156,19 @@ def _joint_indices(model: pinocchio.Model, robot: Robot) -> NDArray[np.intp]:
     return np.array([model.joints[model.getJointId(name)].idx_v for name in robot.joint_names])
 
 
-def _foot_frame(model: pinocchio.Model, robot: Robot, link: str) -> int:
+def _reflected_inertia(model: pinocchio.Model, robot: Robot, joints: NDArray[np.intp]) -> Floats:
+    # Motors are alike, so that gear ratios are as torque limits. The URDF has each rotor as a link beside the driven
+    # one; Pinocchio gives its inertia to the fixed joint above it. A disc's is largest about the axis that it spins on.
+    torque = model.effortLimit[joints]
+    gear = robot.gear_ratio * torque / torque.min()
+    rotors = [_link(model, robot, name.removesuffix("_joint") + "_rotor") for name in robot.joint_names]
+    reflected = np.zeros(model.nv)
+    inertias = [model.frames[model.frames[rotor].parentFrame].inertia.inertia for rotor in rotors]
+    reflected[joints] = np.array([inertia.diagonal().max() for inertia in inertias]) * gear**2
+    return reflected
+
+
+def _link(model: pinocchio.Model, robot: Robot, link: str) -> int:
     if not model.existBodyName(link):
         raise FileProblem(urdf_path(robot), f"has no link {link!r}.")
     return model.getBodyId(link)
@@ -168,8 +194,3 @@ def _foot_spheres(model: pinocchio.Model, robot: Robot, feet: list[int]) -> tupl
         centres.append((low + high) / 2.0)
         radii.append((high - low)[2] / 2.0)
     return centres, np.array(radii)
-
-
-def _skew(vectors: Floats) -> Floats:
-    # the matrices S with S u = vector x u: (..., 3) to (..., 3, 3)
-    return (vectors @ _LEVI_CIVITA).reshape(*vectors.shape, 3)
