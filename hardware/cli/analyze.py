@@ -1,0 +1,93 @@
+"""``symdyn analyze``: a log of the robot as the paper's hardware figures, with metrics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from hardware import log_report
+from hardware.foot_contact import ContactConfig
+from hardware.log_contents import read_contents
+from hardware.log_markdown import segment_rows, struck
+from symdyn.console import log_to, make_console
+from symdyn.errors import InvalidValue
+from symdyn.files import writable_directory
+
+_COLUMNS = {
+    "gc_stance": "GC stance",
+    "lag_s": "late, s",
+    "speed": "speed",
+    "settling_time": "settles, s",
+    "cot": "CoT",
+}
+"""Of the table on the terminal, by the keys of hardware.log_metrics.KEYS."""
+
+
+@dataclass(frozen=True)
+class AnalyzeArguments:
+    """What a log shows: desired against realised contacts, estimated against commanded velocity, torque, cost of
+    transport by gait, timing, faults. Writes report.md, metrics.json and figures.
+
+    Any LCM event log will do: those of symdyn deploy --log hold commands and gaits; of lcm-logger's, recorded beside
+    another deployer, what the robot said is shown. A log that is cut short is analysed as far as it goes.
+
+    Attributes:
+        log: the file.
+        out: directory of the results; the log's name under out/ if left out.
+        contact: when a foot bears load; only for logs without ticks of symdyn deploy, which say it themselves.
+        settle: seconds at the beginning of each gait and velocity that count for the settling time only; 0 counts all.
+    """
+
+    log: Annotated[Path, tyro.conf.Positional]
+    out: Path | None = None
+    settle: float = 1.0
+    contact: ContactConfig = field(default_factory=ContactConfig)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(AnalyzeArguments, args=list(arguments), prog="symdyn analyze")
+    if not 0.0 <= args.settle < math.inf:
+        raise InvalidValue("--settle", args.settle, "a time >= 0, s")
+    console = make_console()
+    log_to(console)
+    out = args.out or Path("out") / args.log.stem
+    with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+        log = read_contents(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+    writable_directory(out)
+    analysis = log_report.analyse(log, args.settle, args.contact)
+    written = log_report.write(analysis, out)
+    _show(console, analysis.metrics)
+    console.print(f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")
+    console.print(f"  {out / next(iter(analysis.figures))}" if analysis.figures else f"  {written}")
+    return 0
+
+
+def _show(console: Console, metrics: dict[str, Any]) -> None:
+    for problem in metrics["problems"]:
+        console.print(problem, style="yellow")
+    for time, fault in struck(metrics):
+        console.print(f"{time:.2f} s: {fault}", style="red")
+    view = "truth" if any(segment["truth"] for segment in metrics["segments"]) else "robot"
+    rows = segment_rows(metrics, view, tuple(_COLUMNS))
+    if not rows:
+        return
+    known = "as they were" if view == "truth" else "as the robot took them to be"
+    table = Table(box=SIMPLE_HEAD, caption=f"Contacts and velocity {known}.", caption_justify="left")
+    table.padding, table.pad_edge = (0, 1, 0, 0), False
+    table.add_column("gait")
+    for heading in ("m/s", "from, s", *_COLUMNS.values()):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
