@@ -304,10 +304,10 @@ class _Slippery(Effect):
 class _Stuck(Effect):
     def begin(self):
         self._dof = self.robot.model.joint(unitree_joint_name(_THIGH)).dofadr[0]
-        self.robot.model.dof_frictionloss[self._dof] += self.size
+        self.robot.model.dof_damping[self._dof] += self.size
 
     def end(self):
-        self.robot.model.dof_frictionloss[self._dof] -= self.size
+        self.robot.model.dof_damping[self._dof] -= self.size
 
 
 class _DeadMotor(Effect):
@@ -370,7 +370,7 @@ FAULTS: dict[str, FaultKind] = {
     "push": FaultKind("a sudden sideways velocity", _Push, 0.8, "m/s", PERIOD),
     "payload": FaultKind("a mass on the trunk", _Payload, 4.0, "kg"),
     "slippery": FaultKind("a floor of this friction", _Slippery, 0.2),
-    "joint_stuck": FaultKind("a thigh's gear resists with dry friction", _Stuck, 100.0, "N m"),
+    "joint_stuck": FaultKind("a thigh's gear seizes: it resists motion", _Stuck, 1000.0, "N m s/rad"),
     "motor_dead": FaultKind("a thigh's motor gives no torque", _DeadMotor),
 }
 """By name."""

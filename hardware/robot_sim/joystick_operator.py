@@ -80,7 +80,7 @@ class JoystickOperator:
         self._steps = steps
         self._config = JoystickConfig() if config is None else config
         self._index = 0
-        self._since = self._true_since = self._met_at = math.nan
+        self._true_since = self._met_at = self._pressed_at = math.nan
         self._button = BUTTONS[0]
         self.doing = "watches"
         self.done = not steps
@@ -95,7 +95,7 @@ class JoystickOperator:
         """What the joystick says now; to be called at every message."""
         while not self.done and self.let_go is None and self._passed(seen):
             self._index += 1
-            self._since = self._true_since = self._met_at = math.nan
+            self._true_since = self._met_at = self._pressed_at = math.nan
             self.done = self._index == len(self._steps)
         if self.done or self.let_go is not None:
             self.doing = "watches" if self.let_go is None else "lets go"
@@ -104,14 +104,15 @@ class JoystickOperator:
         self.doing = step.says
         if step.button is not None:
             self._button = step.button
-        elapsed = seen.time - self._since
-        pressing = elapsed < PRESSED_S or (math.isnan(self._met_at) and elapsed % AGAIN_S < PRESSED_S)
+        if step.shoulder is not None:
+            again = math.isnan(self._met_at) and seen.time - self._pressed_at >= AGAIN_S
+            if math.isnan(self._pressed_at) or again:
+                self._pressed_at = seen.time
+        pressing = seen.time - self._pressed_at < PRESSED_S
         return self._message(step.speed, step.shoulder if pressing else None)
 
     def _passed(self, seen: Seen) -> bool:
         step = self._steps[self._index]
-        if math.isnan(self._since):
-            self._since = seen.time
         if step.upright and seen.mode in ("damping", "limp"):
             self.let_go = seen.time
             return False
@@ -122,7 +123,7 @@ class JoystickOperator:
                 self._true_since = math.nan
             if seen.time - self._true_since >= step.still_s:
                 self._met_at = seen.time
-        pressed = step.shoulder is None or seen.time - self._since >= PRESSED_S
+        pressed = step.shoulder is None or seen.time - self._pressed_at >= PRESSED_S
         return pressed and seen.time - self._met_at >= step.hold_s
 
     def _message(self, speed: float, shoulder: str | None) -> rc_command_lcmt:

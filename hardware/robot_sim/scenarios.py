@@ -60,7 +60,7 @@ _END = (
 
 def _gait(name: str, seconds: float) -> Step:
     button = next(button for button in BUTTONS if getattr(_CONFIG.buttons, button) == name)
-    return Step(f"{name} at {SPEED:g} m/s", hold_s=seconds, button=button, speed=SPEED, upright=True)
+    return Step(f"asks for {name} at {SPEED:g} m/s", hold_s=seconds, button=button, speed=SPEED, upright=True)
 
 
 _PAPER = (
