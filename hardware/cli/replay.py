@@ -1,0 +1,76 @@
+"""``symdyn replay``: a log of the robot through the controller once more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hardware.event_log import LogReader
+from hardware.replay import Replay, policy_of, replay, session_of
+from hardware.session import Session
+from symdyn.console import make_console
+from symdyn.errors import FileProblem
+from symdyn.origin import commit
+
+DIFFERENT = 1
+"""Exit code if anything came out otherwise."""
+
+
+@dataclass(frozen=True)
+class ReplayArguments:
+    """Put a log of symdyn deploy through a fresh controller: the same messages at the same times must give the same
+    states, actions and targets, bit for bit. So a fault on the robot can be looked into at a desk, and a change of the
+    controller can be tried on what a robot once met. Exit code 1 if anything comes out otherwise.
+
+    Another processor or another onnxruntime may round the policy's actions differently in the last bits.
+
+    Attributes:
+        log: the file.
+        policy: the policy file that it was made with; where the log says that it was if left out.
+    """
+
+    log: Annotated[Path, tyro.conf.Positional]
+    policy: Annotated[Path | None, tyro.conf.Positional] = None
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command: 0, or 1 if anything came out otherwise. Raises SymdynError for bad input."""
+    args = tyro.cli(ReplayArguments, args=list(arguments), prog="symdyn replay")
+    console = make_console()
+    reader = LogReader(args.log)
+    session = session_of(reader)
+    policy = policy_of(session, args.policy, args.log)
+    columns = TextColumn("replaying"), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("replaying", total=None)
+        found = replay(reader, session, policy, lambda done, total: progress.update(task, completed=done, total=total))
+    if not found.ticks:
+        raise FileProblem(args.log, "cannot be replayed: it holds no tick.")
+    _tell(console, found, session)
+    return DIFFERENT if found.different else 0
+
+
+def _tell(console: Console, found: Replay, session: Session) -> None:
+    for problem in found.problems:
+        console.print(problem, style="yellow")
+    compared = f"{found.ticks} ticks and {found.targets} messages to the motors"
+    if found.first is None:
+        console.print(f"{compared}: all as in the log, bit for bit.")
+        return
+    first = found.first
+    fields = ", ".join(f"{name} in {count}" for name, count in found.fields.items())
+    console.print(f"{compared}: {found.different} ticks came out otherwise ({fields}).", style="red")
+    console.print(f"The first is tick {first.tick}, {first.time:.3f} s into the log. Its {first.what} was")
+    console.print(f"  {first.logged!r}, and is now\n  {first.replayed!r}.", markup=False)
+    console.print(
+        f"Largest difference of an action: {found.action_error:.3g}, of a joint target: {found.target_error:.3g} rad."
+    )
+    here = commit(Path(__file__).parent)
+    if session.commit != here:
+        console.print(f"The log was made by commit {session.commit} of symdyn; this is {here}.")
