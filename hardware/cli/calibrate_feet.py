@@ -1,0 +1,71 @@
+"""``symdyn calibrate-feet``: from a log, the raw foot force above which a foot bears load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from hardware.contact_calibration import FootCalibration, calibrate, read_raw
+from hardware.contact_figure import contact_figure
+from symdyn.console import log_to, make_console
+from symdyn.legs import LEGS
+from symdyn.plots import save
+
+
+@dataclass(frozen=True)
+class CalibrateFeetArguments:
+    """The raw foot force above which a foot bears load, foot by foot, from a log of the robot running.
+
+    The Go2's feet have no documented unit, and no two are alike. Record ten seconds of trot on hard, level ground with
+    symdyn deploy --log, with the built-in thresholds, which need not be right for that; calibrate; deploy again.
+
+    Attributes:
+        log: event log of symdyn deploy or lcm-logger.
+        out: file of the thresholds to write (JSON).
+        figure: also draw the forces' histograms and the thresholds (PNG, PDF or SVG by its suffix).
+    """
+
+    log: Annotated[Path, tyro.conf.Positional]
+    out: Path = Path("feet.json")
+    figure: Path | None = None
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(CalibrateFeetArguments, args=list(arguments), prog="symdyn calibrate-feet")
+    console = make_console()
+    log_to(console)
+    with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+        raw = read_raw(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+    calibration = calibrate(raw, str(args.log))
+    _show(console, calibration)
+    calibration.save(args.out)
+    console.print(f"Wrote {args.out}.")
+    if args.figure is not None:
+        save(contact_figure(raw, calibration), args.figure)
+        console.print(f"Wrote {args.figure}.")
+    thresholds = " ".join(f"{threshold:.1f}" for threshold in calibration.thresholds)
+    console.print(f"Use them:\n  symdyn deploy POLICY.onnx --contact.thresholds {thresholds}")
+    return 0
+
+
+def _show(console: Console, calibration: FootCalibration) -> None:
+    table = Table("foot", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for heading in ("threshold", "swing", "spread", "stance", "in stance"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for leg, foot in zip(LEGS, calibration.feet, strict=True):
+        numbers = (foot.threshold, foot.swing, foot.swing_deviation, foot.stance)
+        table.add_row(leg, *(f"{number:.1f}" for number in numbers), f"{foot.stance_share:.0%}")
+    console.print(table)
+    console.print(
+        f"Raw force of each foot, {calibration.samples} samples; in stance: share of samples above threshold."
+    )
