@@ -162,10 +162,10 @@ def joints(pos=0.5, vel=0.0) -> Joints:
     return Joints(np.full(12, pos), np.full(12, vel), np.zeros(12))
 
 
-def watching(*published: Joints) -> TargetMonitor:
+def watching(*measured: Joints) -> TargetMonitor:
     monitor = TargetMonitor(GO2, RANGE, LIMIT)
-    for state in published:
-        monitor.published(state)
+    for state in measured:
+        monitor.measured(state)
     return monitor
 
 
@@ -214,6 +214,13 @@ class TestMonitor:
         for age, excesses in ((MEMORY - 1, 0), (MEMORY, 1)):
             monitor = watching(does_not, fits, *[does_not] * age)
             monitor.received(0.0, message(0.5, kp=30.0, kd=0.0))
+            assert monitor.torque_excesses == excesses
+
+    def test_what_was_said_is_forgiven_too_and_what_is_no_number_is_not(self):
+        for said, excesses in ((joints(0.5), 0), (joints(math.nan), 1), (joints(0.5, math.inf), 1)):
+            monitor = watching(joints(-0.5))
+            monitor.said(said)
+            monitor.received(0.0, message(0.5, kp=30.0, kd=0.65))
             assert monitor.torque_excesses == excesses
 
     def test_targets_that_are_no_numbers_are_counted(self):

@@ -133,10 +133,14 @@ class Rig:
         return published
 
     def _publish(self, channel: str, message: Any) -> list[tuple[str, bytes]]:
-        sent = self._effect.outgoing(channel, message) if self._active and self._effect else (message,)
-        for joints in sent:
-            if isinstance(joints, leg_control_data_lcmt):
-                self.monitor.published(Joints.of(joints))
+        if isinstance(message, leg_control_data_lcmt):
+            self.monitor.measured(Joints.of(message))
+        sent = (message,)
+        if self._active and self._effect is not None:
+            sent = self._effect.outgoing(channel, message)
+            for one in sent:
+                if isinstance(one, leg_control_data_lcmt):
+                    self.monitor.said(Joints.of(one))
         # not through hardware.channels.encode: a fault may want to send NaN
         return [(channel, one.encode()) for one in sent]
 

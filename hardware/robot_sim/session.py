@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
+from hardware import realtime
 from hardware.channels import TARGETS, decode
 from hardware.link import Link
 from hardware.messages import pd_tau_targets_lcmt
@@ -33,6 +34,7 @@ class Pace:
         stalled: time that was given up, s.
         cpu: processor time, s.
         wall: time from beginning to end, s.
+        real_time: whether real-time scheduling was granted.
     """
 
     began: float
@@ -42,6 +44,7 @@ class Pace:
     stalled: float = 0.0
     cpu: float = 0.0
     wall: float = 0.0
+    real_time: bool = False
 
     @property
     def cpu_share(self) -> float:
@@ -78,13 +81,20 @@ class Session:
         self._targets: deque[tuple[float, pd_tau_targets_lcmt]] = deque()
         self._link = Link(url, [TARGETS], self._take)
 
-    def run(self, duration: float, stop: threading.Event) -> None:
+    def run(self, duration: float, stop: threading.Event, real_time: bool = False) -> None:
         """Until ``duration`` s of simulated time are over, the script of the person is, or ``stop`` is set.
+
+        Args:
+            duration: s; may be infinite.
+            stop: ends it.
+            real_time: whether to ask for real-time scheduling of this process.
 
         Raises:
             ResourceProblem: if the thread that receives has died.
         """
         self._link.start()
+        if real_time:
+            self.pace.real_time = realtime.ask(self._link.thread_id)
         pace, cpu = self.pace, time.process_time()
         pace.began = deadline = time.monotonic()
         try:
@@ -98,6 +108,7 @@ class Session:
             pace.cpu = time.process_time() - cpu
             pace.wall = time.monotonic() - pace.began
             self._link.close()
+            self._receive()
 
     def _wait(self, deadline: float) -> float:
         ahead = deadline - time.monotonic()
@@ -110,8 +121,7 @@ class Session:
         return deadline
 
     def _period(self, deadline: float) -> None:
-        while self._targets:
-            self.rig.receive(*self._targets.popleft())
+        self._receive()
         now = time.monotonic()
         messages = self.rig.tick(now)
         self.pace.periods += 1
@@ -120,6 +130,10 @@ class Session:
             return
         for channel, data in messages:
             self._link.send_bytes(channel, data)
+
+    def _receive(self) -> None:
+        while self._targets:
+            self.rig.receive(*self._targets.popleft())
 
     def _over(self) -> bool:
         person = self.rig.person
@@ -172,5 +186,6 @@ class Session:
                 "worst_lateness_s": pace.worst_lateness,
                 "stalled_s": pace.stalled,
                 "cpu_share": pace.cpu_share,
+                "real_time": pace.real_time,
             },
         }

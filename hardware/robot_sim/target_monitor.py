@@ -19,7 +19,7 @@ Mode = Literal["untold", "limp", "damping", "standing", "running"]
 policies of this robot are trained with, and at most their kd. ``standing``: others."""
 
 MEMORY = 25
-"""Messages of the joints, 50 ms, of which the sender may have used any; older ones it must not."""
+"""States of the joints, 50 ms, of which the sender may have used any; older ones it must not."""
 
 TORQUE_TOLERANCE = 1e-3
 """N m; the wire's float32."""
@@ -51,16 +51,17 @@ class TargetMonitor:
         last: when the last came, s, or None.
         longest_gap: between two, s.
         range_excess: furthest target beyond a joint's range, rad.
-        torque_excess: by how much |kp (pos - q) - kd qd + torque| was over the motor's limit for each of the last
-            messages of the joints, at most, N m; 0 if it never was.
+        torque_excess: by how much |kp (pos - q) - kd qd| was over the motor's limit, at most, N m; 0 if it never was.
+            Of the last states of the joints, true or said, that one counts which forgives the sender most: it knows no
+            other than those said, and only the true ones matter to the motors.
         torque_excesses: how many targets were over.
     """
 
     def __init__(self, robot: Robot, joint_range: Floats, torque_limit: Floats) -> None:
         self._robot, self._range, self._torque_limit = robot, joint_range, torque_limit
-        # the last messages of the joints, in a ring; NaN where there was none yet
-        self._pos, self._vel = np.full((2, MEMORY, len(JOINTS)), np.nan)
-        self._published = 0
+        # position and velocity of the joints, the newest last
+        self._true: deque[tuple[Floats, Floats]] = deque(maxlen=MEMORY)
+        self._said: deque[tuple[Floats, Floats]] = deque(maxlen=MEMORY)
         self._recent: deque[float] = deque()
         self.mode: Mode = "untold"
         self.mode_since = -math.inf
@@ -70,11 +71,13 @@ class TargetMonitor:
         self.last: float | None = None
         self.longest_gap = self.range_excess = self.torque_excess = 0.0
 
-    def published(self, joints: Joints) -> None:
-        """Take note of a message of the joints, which targets may build on from now on."""
-        self._pos[self._published % MEMORY] = joints.pos
-        self._vel[self._published % MEMORY] = joints.vel
-        self._published += 1
+    def measured(self, joints: Joints) -> None:
+        """Take note of how the joints are."""
+        self._true.append((joints.pos, joints.vel))
+
+    def said(self, joints: Joints) -> None:
+        """Take note of what was published of the joints instead."""
+        self._said.append((joints.pos, joints.vel))
 
     def received(self, now: float, message: pd_tau_targets_lcmt) -> None:
         """Judge targets that came at ``now``, s."""
@@ -108,6 +111,9 @@ class TargetMonitor:
         return float(len(self._recent))
 
     def _torque_excess(self, targets: Targets) -> float:
-        known = slice(min(self._published, MEMORY))
-        torque = targets.kp * (targets.pos - self._pos[known]) - targets.kd * self._vel[known]
-        return float((np.abs(torque) - self._torque_limit).max(axis=1).min()) if self._published else 0.0
+        if not self._true:
+            return 0.0
+        pos, vel = np.array([*self._true, *self._said]).swapaxes(0, 1)
+        excess = np.abs(targets.kp * (targets.pos - pos) - targets.kd * vel) - self._torque_limit
+        # a state that is not finite, as a fault may say it, forgives nothing
+        return float(np.nan_to_num(excess, nan=np.inf).max(axis=1).min())

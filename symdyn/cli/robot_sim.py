@@ -28,7 +28,7 @@ from hardware.robot_sim.simulated_robot import SimulatedRobot, Start
 from rl.model import build_spec, force_sensor
 from symdyn.console import log_to, make_console
 from symdyn.errors import InvalidValue
-from symdyn.files import write_json
+from symdyn.files import writable_directory, write_json
 from symdyn.legs import LEGS
 from symdyn.robot import GO2
 
@@ -39,7 +39,7 @@ class RobotSimArguments:
     a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
 
     Attributes:
-        url: of LCM, the same as the deployer's; LCM_DEFAULT_URL if that is set.
+        url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
         scenario: what the person does; see above.
         start: how the robot is found.
         fault: what goes wrong; see above.
@@ -49,12 +49,13 @@ class RobotSimArguments:
         fault_size: how much; if left out, as above.
         noise: whether the sensors are noisy.
         wakes_at: s after which the bridge hears of the robot; until then it publishes zeros, as the real one does.
+        realtime: ask for real-time scheduling, which takes root or CAP_SYS_NICE: a robot has a computer of its own.
         seed: of noise, biases, the feet's units and the fault's chance.
         duration: s; if left out, until the script's end, or Ctrl-C.
         out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
     """
 
-    url: str = os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
+    url: str | None = None
     scenario: str = "run"
     start: Start = "lying"
     fault: str | None = None
@@ -64,6 +65,7 @@ class RobotSimArguments:
     fault_size: float | None = None
     noise: bool = True
     wakes_at: float = 0.5
+    realtime: bool = True
     seed: int = 0
     duration: float | None = None
     out: Path | None = None
@@ -91,13 +93,16 @@ def run(arguments: Sequence[str]) -> int:
     fault = None
     if args.fault is not None:
         fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
+    if args.out is not None:
+        writable_directory(args.out.parent)
     robot = go2(args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at)
-    session = Session(args.url, Rig(robot, scenario, fault, args.seed))
+    url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
+    session = Session(url, Rig(robot, scenario, fault, args.seed))
     console = make_console()
     log_to(console)
-    console.print(f"A simulated Go2, {args.start}, on {args.url}. The person {scenario.help}. Ctrl-C ends.")
+    console.print(f"A simulated Go2, {args.start}, on {url}. At its joystick: {scenario.help}. Ctrl-C ends.")
     with _ended_by_signals() as stop, _status(console, session):
-        session.run(duration, stop)
+        session.run(duration, stop, args.realtime)
     summary = {"scenario": args.scenario, "start": args.start, "seed": args.seed, "fault_name": args.fault}
     summary |= session.summary()
     _tell(console, session)
