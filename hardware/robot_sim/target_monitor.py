@@ -11,7 +11,6 @@ import numpy as np
 from hardware.messages import pd_tau_targets_lcmt
 from hardware.readings import Floats, Joints, Targets
 from hardware.robot_sim.faults import FOREIGN_SENDER
-from symdyn.legs import JOINTS
 from symdyn.robot import Robot
 
 Mode = Literal["untold", "limp", "damping", "standing", "running"]
