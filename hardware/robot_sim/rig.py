@@ -118,6 +118,7 @@ class Rig:
         """One period of the messages: the physics goes on, and what is to be published comes back."""
         self.robot.step()
         self._ticks += 1
+        self.monitor.measured(self.robot.measured_joints)
         self._watch()
         self._begin_or_end_fault(now)
         seen = Seen(self.robot.time, self.robot.height, self.robot.speed, self.monitor.mode)
@@ -133,8 +134,6 @@ class Rig:
         return published
 
     def _publish(self, channel: str, message: Any) -> list[tuple[str, bytes]]:
-        if isinstance(message, leg_control_data_lcmt):
-            self.monitor.measured(Joints.of(message))
         sent = (message,)
         if self._active and self._effect is not None:
             sent = self._effect.outgoing(channel, message)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
+from hardware.readings import Joints
 from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
 from hardware.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.legs import JOINTS, LEGS, is_left
@@ -183,6 +184,11 @@ class SimulatedRobot:
         """Add a mass to the trunk, kg."""
         self.model.body_mass[self._trunk] += mass
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+
+    @property
+    def measured_joints(self) -> Joints:
+        """As the sensors see them now, whether or not the bridge has woken."""
+        return Joints(self._measured.joint_pos, self._measured.joint_vel, self._measured.torque)
 
     def joints(self) -> leg_control_data_lcmt:
         """What the bridge says of the joints now."""

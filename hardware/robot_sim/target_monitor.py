@@ -42,6 +42,7 @@ class TargetMonitor:
 
     Attributes:
         mode: of the last targets.
+        kp: the largest gain of the last targets, N m/rad.
         mode_since: when it became so, s of the sender's clock.
         history: (time, mode) of every change.
         count: targets received.
@@ -63,6 +64,7 @@ class TargetMonitor:
         self._said: deque[tuple[Floats, Floats]] = deque(maxlen=MEMORY)
         self._recent: deque[float] = deque()
         self.mode: Mode = "untold"
+        self.kp = 0.0
         self.mode_since = -math.inf
         self.history: list[tuple[float, Mode]] = []
         self.count = self.not_finite = self.torque_excesses = 0
@@ -91,6 +93,7 @@ class TargetMonitor:
         if not all(np.isfinite(array).all() for array in (targets.pos, targets.kp, targets.kd)):
             self.not_finite += 1
             return
+        self.kp = float(targets.kp.max())
         mode = mode_of(targets, self._robot)
         if mode != self.mode:
             self.mode, self.mode_since = mode, now

@@ -142,8 +142,11 @@ class _Status:
 
     def __rich__(self) -> Text:
         rig, now = self._session.rig, time.monotonic()
+        told = "no targets yet"
+        if rig.monitor.mode != "untold":
+            told = f"{rig.monitor.rate(now):.0f} targets/s: {rig.monitor.mode}, kp {rig.monitor.kp:.0f}"
         line = f"{rig.robot.time:7.1f} s   trunk at {rig.robot.height:.2f} m, tilted {rig.robot.tilt:.2f} rad   "
-        line += f"told to be {rig.monitor.mode}, {rig.monitor.rate(now):.0f} targets/s   person {rig.person.doing}"
+        line += f"{told}   person {rig.person.doing}"
         return Text(line, no_wrap=True, overflow="ellipsis")
 
 
@@ -155,10 +158,13 @@ def _tell(console: Console, session: Session) -> None:
     rig, pace = session.rig, session.pace
     monitor = rig.monitor
     fell = "did not fall" if rig.fell_at is None else f"fell at {rig.fell_at:.1f} s"
-    console.print(
-        f"The robot {fell}; tilted by at most {rig.max_tilt:.2f} rad. It was told {monitor.count} targets, the longest "
-        f"gap {1e3 * monitor.longest_gap:.0f} ms; {monitor.torque_excesses} of them beyond the motors' torque."
-    )
+    told = "It was told nothing."
+    if monitor.count:
+        told = (
+            f"{monitor.count} targets came, the longest gap {1e3 * monitor.longest_gap:.0f} ms; "
+            f"{monitor.torque_excesses} of them beyond the motors' torque."
+        )
+    console.print(f"The robot {fell}; it tilted by at most {rig.max_tilt:.2f} rad. {told}")
     if rig.fault_began is not None:
         answer = rig.damping_after_fault
         told = "no damping came" if answer is None else f"damping came {1e3 * (answer - rig.fault_began):.0f} ms later"
