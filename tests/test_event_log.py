@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -14,9 +15,11 @@ import lcm
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lcm_urls import multicast_url
 
 from hardware.channels import IMU, JOINTS, MESSAGES, TICK, WrongMessage
 from hardware.event_log import LoggedEvent, LogReader, LogWriter
+from hardware.link import Link
 from hardware.messages import controller_tick_lcmt, leg_control_data_lcmt
 from symdyn.errors import FileProblem
 
@@ -287,6 +290,61 @@ def test_a_killed_process_leaves_a_log_that_is_whole(tmp_path):
     assert len(numbers) >= 500
     assert reader.cut_off == 0
     assert len(by_lcm(path)) == len(numbers)
+
+
+def test_lcm_logger_beside_it_logs_the_same(tmp_path):
+    url = multicast_url()
+    program = shutil.which("lcm-logger", path=Path(sys.executable).parent)
+    assert program is not None
+    theirs = tmp_path / "theirs.lcmlog"
+    logger = subprocess.Popen([program, "--lcm-url", url, "--flush-interval", "20", theirs], stdout=subprocess.DEVNULL)
+    try:
+        with LogWriter(tmp_path / "ours.lcmlog") as log:
+            link = Link(url, [JOINTS], lambda channel, data, when, _: log.append(channel, data, when))
+            link.start()
+            sender = Link(url, [])
+            first = _send_until(sender, 0, lambda: link.latest(JOINTS) is not None and _ids(theirs))
+            last = first + 300
+            _send_until(sender, first, lambda: max(_ids(theirs)) > last and link.latest(JOINTS).message.id > last)
+            link.close()
+    finally:
+        logger.send_signal(signal.SIGINT)
+        logger.wait(timeout=30)
+
+    def told(path: Path) -> dict[int, tuple[float, bytes]]:
+        reader = LogReader(path)
+        found = {event.message().id: (reader.start + event.time, event.data) for event in reader}
+        assert reader.problems == []
+        return {number: event for number, event in found.items() if first < number <= last}
+
+    ours, stock = told(log.path), told(theirs)
+    assert list(ours) == list(stock) == list(range(first + 1, last + 1))
+    assert [data for _, data in ours.values()] == [data for _, data in stock.values()]
+    # both say when it was received, by the clock of the wall
+    apart = [ours[number][0] - stock[number][0] for number in ours]
+    assert sorted(map(abs, apart))[150] < 1.0
+
+
+def _send_until(link: Link, number: int, condition) -> int:
+    """Send numbered messages until a condition is true; the last number."""
+    message = leg_control_data_lcmt()
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline, "somebody hears nothing"
+        for _ in range(10):
+            number += 1
+            message.id = number
+            link.send(JOINTS, message)
+            time.sleep(0.001)
+    return number
+
+
+def _ids(path: Path) -> list[int]:
+    """Of the messages in a log so far."""
+    try:
+        return [event.message().id for event in LogReader(path)]
+    except FileProblem:  # not there yet, or without a whole event
+        return []
 
 
 def test_a_single_event_reaches_the_file_without_a_close(tmp_path):
