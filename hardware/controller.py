@@ -170,7 +170,7 @@ class Controller:
         self._ticks_in_run = 0
         self._wanted = self._stance
         self._sent = self._stance
-        self._held: frozenset[str] = frozenset()
+        self._held: frozenset[str] | None = None
         self._gait = self._gaits[next(iter(self._gaits))]
 
     def tick(self, now: float, inputs: Inputs) -> Tick:
@@ -192,11 +192,15 @@ class Controller:
         pressed: frozenset[str] = frozenset()
         asked = (0.0, 0.0, 0.0)
         if joystick is not None and joystick_fault is None:
-            pressed, self._held = joystick.held - self._held, joystick.held
+            # a button that is held when the joystick is first heard, or heard again, was not pressed for us
+            pressed = frozenset() if self._held is None else joystick.held - self._held
+            self._held = joystick.held
             self._gait = self._gaits[joystick.button]
             asked = self.settings.joystick.velocity(joystick)
             if joystick.held & set(self.settings.joystick.stop) and fault is None:
                 fault = Fault("emergency_stop", " ".join(sorted(joystick.held)))
+        else:
+            self._held = None
         self._transit(now, fault, known, pressed, bool(inputs.requests & Request.LEAVE))
         acted = False
         targets = None
@@ -205,8 +209,11 @@ class Controller:
         elif self.state is State.STAND and joints is not None:
             targets = self._stand_targets(now, dt, joints)
         if self.state is State.DAMP:  # from the start of this tick, or since a moment ago
-            at = self._sent if known is None else known.pos
-            targets = damping(known, at, self.limits, self.settings.safety)
+            # joints that tell of a fault still tell how fast they are, and so how much damping their motors can give
+            fresh = inputs.joints is not None and now - inputs.joints.arrival <= self.settings.safety.stale_s
+            seen = joints if fresh and joints is not None and joints.finite() else None
+            at = self._sent if seen is None else seen.pos
+            targets = damping(seen, at, self.limits, self.settings.safety)
         if targets is not None:
             self._sent = targets.pos
         return self._told(inputs, targets, fault, acted, dt, joints, imu, state_fault is None, now)
@@ -298,7 +305,7 @@ class Controller:
         contact = np.zeros(len(self._driver.offsets[0]), dtype=bool)
         estimate = None
         if sound and joints is not None and imu is not None:
-            contact = self._contact.update(imu, joints)
+            contact = self._contact.update(imu, joints, dt)
             estimate = self._estimator.update(dt, imu, joints, contact)
         else:
             self._estimator.reset()

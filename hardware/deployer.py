@@ -10,7 +10,6 @@ import select
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
+from hardware import realtime
 from hardware.channels import FROM_ROBOT, IMU, JOINTS, JOYSTICK, SESSION, TARGETS, TICK, TRUTH
 from hardware.controller import Controller, Inputs, Request, State, Tick
 from hardware.deadline_loop import DeadlineLoop
@@ -39,7 +39,6 @@ LISTEN_S = 0.3
 
 _START_S = 20.0
 _REMEMBERED = 400
-_LOOP_PRIORITY, _OTHER_PRIORITY = 20, 10
 _log = logging.getLogger(__name__)
 
 
@@ -168,9 +167,7 @@ class Deployer:
 
     def _prepare(self) -> None:
         if self.options.realtime:
-            self.realtime = _ask_for_realtime(self.link.thread_id)
-        # a display or a log in another thread must hand the interpreter over at once
-        sys.setswitchinterval(1e-4)
+            self.realtime = realtime.ask(self.link.thread_id)
         gc.collect()
         gc.freeze()
         gc.disable()  # a full collection takes longer than a tick
@@ -306,15 +303,3 @@ def _signals_to(handler: Callable[[int, FrameType | None], None]) -> Iterator[No
     finally:
         for number, theirs in before.items():
             signal.signal(number, theirs)
-
-
-def _ask_for_realtime(receiver: int | None) -> bool:
-    """First in, first out for every thread of the process, loop and receiver before the others; whether granted."""
-    first = {threading.get_native_id(), receiver}
-    try:
-        for task in os.listdir("/proc/self/task"):  # noqa: PTH208
-            priority = _LOOP_PRIORITY if int(task) in first else _OTHER_PRIORITY
-            os.sched_setscheduler(int(task), os.SCHED_FIFO, os.sched_param(priority))
-    except OSError:
-        return False
-    return True

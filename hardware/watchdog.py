@@ -23,6 +23,7 @@ import time
 
 import numpy as np
 
+from hardware import realtime
 from hardware.channels import JOYSTICK, TARGETS
 from hardware.deadline_loop import DeadlineLoop
 from hardware.link import Link
@@ -34,6 +35,9 @@ SILENCE_S = 0.06
 """s; twelve ticks of the deployer, which would itself damp after three that are late."""
 
 PERIOD = 0.005
+
+_PUNCTUAL_S = 0.02
+"""s between two looks; after a longer pause of its own, what has arrived in it may not have been taken yet."""
 
 _log = logging.getLogger("hardware.watchdog")
 
@@ -64,6 +68,7 @@ class Watchdog:
         self._damping = Targets(pos=0.0 * ones, kp=0.0 * ones, kd=damping_kd * ones)
         self._to_passive = to_passive
         self._seen, self._seen_at = 0, -np.inf
+        self._last_look = -np.inf
         self._past = 0
         self._number = 0
         self._released = True
@@ -90,7 +95,9 @@ class Watchdog:
         if received is not None and received.message.robot_id == self._sender and received.message.id > self._seen:
             self._seen, self._seen_at = received.message.id, received.arrival
         if self.fired_at is None:
-            if self._armed and now - self._seen_at > SILENCE_S:
+            punctual = now - self._last_look < _PUNCTUAL_S
+            self._last_look = now
+            if self._armed and punctual and now - self._seen_at > SILENCE_S:
                 self._fire(f"no targets for {now - self._seen_at:.3f} s")
             else:
                 return
@@ -135,6 +142,7 @@ def main(arguments: list[str] | None = None) -> int:
     watchdog = Watchdog(link, args.sender, args.damping_kd, args.to_passive)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
+    realtime.ask(link.thread_id)
     loop = DeadlineLoop(PERIOD)
     pipe, rest, open_ = args.last_words, "", True
     while not watchdog.done and not stopped:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import logging.handlers
 import os
@@ -54,7 +55,7 @@ def _help() -> str:
     gaits = ", ".join(f"{button} {getattr(joystick.buttons, button)}" for button in BUTTONS)
     keys = "; ".join(f"{key}: {what}" for key, what in KEYS.items())
     return (
-        f"{DeployArguments.__doc__}\n\n"
+        f"{(inspect.getdoc(DeployArguments) or '').partition('Attributes:')[0]}"
         f"Joystick. {joystick.next_state}: go on, Passive to Stand to Run. {' or '.join(joystick.stop)}: stop, the "
         f"robot is damped. {joystick.to_passive}: end the damping. Left stick: velocity. Gaits: {gaits}. Each can be "
         f"changed by an option below.\n\nKeys with --keyboard. {keys}.\n\n"
