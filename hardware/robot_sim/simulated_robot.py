@@ -149,7 +149,7 @@ class SimulatedRobot:
     @property
     def speed(self) -> float:
         """Of the trunk, m/s."""
-        return float(np.linalg.norm(self.data.qvel[self._vel]))
+        return math.hypot(*self.data.qvel[self._vel].tolist())
 
     def command(self, message: pd_tau_targets_lcmt) -> None:
         """Take over targets from the wire, to be held until the next.

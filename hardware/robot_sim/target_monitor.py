@@ -11,6 +11,7 @@ import numpy as np
 from hardware.messages import pd_tau_targets_lcmt
 from hardware.readings import Floats, Joints, Targets
 from hardware.robot_sim.faults import FOREIGN_SENDER
+from symdyn.legs import JOINTS
 from symdyn.robot import Robot
 
 Mode = Literal["untold", "limp", "damping", "standing", "running"]
@@ -23,12 +24,14 @@ MEMORY = 25
 TORQUE_TOLERANCE = 1e-3
 """N m; the wire's float32."""
 
+_SAME = 1e-9  # of gains, which the wire carries in full
+
 
 def mode_of(targets: Targets, robot: Robot) -> Mode:
     """What gains stand for; see :data:`Mode`."""
     if not targets.kp.any():
         return "damping" if targets.kd.any() else "limp"
-    running = np.allclose(targets.kp, robot.kp) and (targets.kd <= robot.kd + 1e-9).all()
+    running = (np.abs(targets.kp - robot.kp) < _SAME).all() and (targets.kd <= robot.kd + _SAME).all()
     return "running" if running else "standing"
 
 
@@ -59,9 +62,9 @@ class TargetMonitor:
 
     def __init__(self, robot: Robot, joint_range: Floats, torque_limit: Floats) -> None:
         self._robot, self._range, self._torque_limit = robot, joint_range, torque_limit
-        # position and velocity of the joints, the newest last
-        self._true: deque[tuple[Floats, Floats]] = deque(maxlen=MEMORY)
-        self._said: deque[tuple[Floats, Floats]] = deque(maxlen=MEMORY)
+        # positions and velocities of the joints, true ones and said ones, each in a ring; NaN where there is none yet
+        self._states = np.full((2, 2, MEMORY, len(JOINTS)), np.nan)
+        self._counts = [0, 0]
         self._recent: deque[float] = deque()
         self.mode: Mode = "untold"
         self.kp = 0.0
@@ -74,11 +77,11 @@ class TargetMonitor:
 
     def measured(self, joints: Joints) -> None:
         """Take note of how the joints are."""
-        self._true.append((joints.pos, joints.vel))
+        self._keep(0, joints)
 
     def said(self, joints: Joints) -> None:
         """Take note of what was published of the joints instead."""
-        self._said.append((joints.pos, joints.vel))
+        self._keep(1, joints)
 
     def received(self, now: float, message: pd_tau_targets_lcmt) -> None:
         """Judge targets that came at ``now``, s."""
@@ -112,10 +115,13 @@ class TargetMonitor:
             self._recent.popleft()
         return float(len(self._recent))
 
+    def _keep(self, ring: int, joints: Joints) -> None:
+        self._states[:, ring, self._counts[ring] % MEMORY] = joints.pos, joints.vel
+        self._counts[ring] += 1
+
     def _torque_excess(self, targets: Targets) -> float:
-        if not self._true:
-            return 0.0
-        pos, vel = np.array([*self._true, *self._said]).swapaxes(0, 1)
-        excess = np.abs(targets.kp * (targets.pos - pos) - targets.kd * vel) - self._torque_limit
-        # a state that is not finite, as a fault may say it, forgives nothing
-        return float(np.nan_to_num(excess, nan=np.inf).max(axis=1).min())
+        pos, vel = self._states
+        excess = (np.abs(targets.kp * (targets.pos - pos) - targets.kd * vel) - self._torque_limit).max(axis=-1)
+        # a state that is not there, or not finite as a fault may say it, forgives nothing
+        known = excess[np.isfinite(excess)]
+        return float(known.min()) if len(known) else 0.0
