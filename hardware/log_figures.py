@@ -221,7 +221,7 @@ def timing(ticks: Ticks, found: dict[str, Any], title: str) -> Figure:
     for axes, (key, (time, values, text)) in zip(panels, series.items(), strict=True):
         numbers = found[key]
         axes.plot(time, 1e3 * values, ".", color=_ESTIMATED, markersize=1.5)
-        if numbers["max"] is not None:
+        if numbers["max"]:
             axes.set_ylim(0.0, 1.25e3 * numbers["max"])
             told = ", ".join(f"{name} {1e3 * value:.2f}" for name, value in numbers.items())
             axes.text(0.995, 0.95, f"{told} ms", transform=axes.transAxes, **(_NOTE | {"va": "top"}))

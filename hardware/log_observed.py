@@ -37,7 +37,7 @@ KEYS: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """M samples, about as many a second as the deployer has ticks. Legs in the order of symdyn.legs.LEGS.
+    """M samples, as many a second as the deployer has ticks. Legs in the order of symdyn.legs.LEGS.
 
     Attributes:
         time: (M,) s from the first event of the log.
@@ -81,13 +81,15 @@ def observe(log: LogContents, kinematics: LegKinematics, config: ContactConfig) 
     imu_numbers = np.array(sorted(log.imu))
     imu_times = log.arrivals.get(IMU, np.zeros(0))[imu_numbers.astype(int) - 1]
     rows = []
-    last = -np.inf
+    last, last_tick = -np.inf, -1
     for number, joints in log.joints.items():
         time = float(log.arrivals[JOINTS][number - 1])
         before = int(np.searchsorted(imu_times, time, side="right")) - 1
-        # half a message of the bridge early is still in time
-        if before < 0 or time - last < 0.8 / TICK_HZ:
+        # the first message of every tick that the deployer would have had
+        tick = int(time * TICK_HZ + 1e-3)
+        if before < 0 or tick == last_tick:
             continue
+        last_tick = tick
         imu = log.imu[int(imu_numbers[before])]
         dt = time - last if np.isfinite(last) else 1.0 / TICK_HZ
         contact = contacts.update(imu, joints, dt)

@@ -74,6 +74,7 @@ def write_session(
     recording: Recording,
     gaits: str | Sequence[str],
     states: Sequence[str] | None = None,
+    faults: Sequence[str] | None = None,
     lost: Collection[int] = (),
     late: np.ndarray | None = None,
     truth: Recording | None = None,
@@ -85,6 +86,7 @@ def write_session(
         recording: what happened.
         gaits: of every sample, or of all.
         states: of every sample; all of them run if None.
+        faults: of every sample; none if None.
         lost: samples without a tick.
         late: (S,) how much later than its time each tick is, s.
         truth: what the simulated robot says, a message every other sample; None for a real robot.
@@ -104,6 +106,7 @@ def write_session(
                 continue
             tick = tick_of(recording, k, gaits if isinstance(gaits, str) else gaits[k], 3 * k + 2)
             tick.state = "run" if states is None else states[k]
+            tick.fault = "" if faults is None else faults[k]
             tick.time += 0.0 if late is None else float(late[k])
             log.append(TICK, tick.encode(), tick.time)
     assert log.failure is None

@@ -60,7 +60,8 @@ def run(arguments: Sequence[str]) -> int:
         raise InvalidValue("--settle", args.settle, "a time >= 0, s")
     console = make_console()
     log_to(console)
-    out = args.out or Path("out") / args.log.stem
+    # lcm-logger numbers its logs by a suffix, which must stay
+    out = args.out or Path("out") / args.log.name.removesuffix(".lcmlog")
     with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
         task = progress.add_task("reading", total=None)
         log = read_contents(args.log, lambda done, total: progress.update(task, completed=done, total=total))
