@@ -69,15 +69,14 @@ class PolicyDriver:
         self.velocity = np.zeros((n, 3))
         self.action = np.zeros((n, len(JOINTS)))
         self._default_joint_pos = np.array(policy.metadata.default_joint_pos)
+        self._curves_for: Floats | None = None
+        self._period = self._duty = np.zeros(n)
 
     def timing(self) -> Timing:
         """Period, duty factor and leg phases under the present commands."""
-        meta, v_x = self.policy.metadata, self.velocity[:, 0]
-        return Timing(
-            period=self.policy.timing.period(v_x, meta.leg_length),
-            duty=self.policy.timing.duty(v_x, meta.leg_length),
-            leg_phases=clock.leg_phase(self.phase, self.offsets, v_x, meta.time_reversal),
-        )
+        period, duty = self._curves()
+        v_x, reversal = self.velocity[:, 0], self.policy.metadata.time_reversal
+        return Timing(period, duty, clock.leg_phase(self.phase, self.offsets, v_x, reversal))
 
     def observe(self, gravity_b: Floats, joint_pos: Floats, joint_vel: Floats) -> Floats:
         """The policy's input.
@@ -108,4 +107,15 @@ class PolicyDriver:
 
     def advance(self, dt: float) -> None:
         """Move the clock on by dt, s."""
-        self.phase = clock.advance(self.phase, self.timing().period, dt)
+        period, _ = self._curves()
+        self.phase = clock.advance(self.phase, period, dt)
+
+    def _curves(self) -> tuple[Floats, Floats]:
+        """Period (s) and duty factor, (n,) each; computed anew only when a velocity has changed."""
+        v_x = self.velocity[:, 0]
+        if self._curves_for is None or not np.array_equal(self._curves_for, v_x):
+            meta, timing = self.policy.metadata, self.policy.timing
+            self._period = timing.period(v_x, meta.leg_length)
+            self._duty = timing.duty(v_x, meta.leg_length)
+            self._curves_for = v_x.copy()
+        return self._period, self._duty

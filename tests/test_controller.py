@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -95,7 +96,7 @@ class TestPaperExperiment:
         assert acted[::4].all()
         assert acted.sum() == -(-len(running) // 4)
         phase = running[0].tick.phase
-        for before, moment in zip(running, running[1:], strict=False):
+        for before, moment in pairwise(running):
             # the period of the command before, and then the new command's clock: no jump with the command
             phase = float(advance(np.array([phase]), np.array([before.tick.period]), moment.time - before.time)[0])
             assert abs((phase - moment.tick.phase + 0.5) % 1.0 - 0.5) < 1e-9

@@ -1,0 +1,163 @@
+"""``python -m benchmarks.fault_matrix``: every fault, in Stand and in Run, by many seeds: how soon, what came of it.
+
+What goes wrong on the robot's side runs in lock-step on a simulated clock (hardware.robot_sim.lockstep), so that seeds
+can be repeated; what happens to the deployer as a process (signals, SIGKILL, a hang) runs as real processes over LCM.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+from rich.progress import Progress
+
+from benchmarks.robot_processes import QUICK_STAND, hearing, process
+from hardware.controller import Controller, State
+from hardware.robot_sim.faults import FAULTS
+from hardware.robot_sim.lockstep import Lockstep, Moment
+from hardware.robot_sim.rig import PlannedFault, Rig, Since
+from hardware.robot_sim.scenarios import get_scenario
+from hardware.settings import Settings, StandConfig
+from rl.pretrained import policy_path
+from symdyn.cli.robot_sim import go2
+from symdyn.console import make_console
+from symdyn.files import write_json, write_text
+from symdyn.markdown import table
+from symdyn.policy import Policy
+
+_STATES: tuple[Since, Since] = ("stand", "run")
+_AFTER_S, _WATCHED_S, _PATIENCE_S = 1.0, 3.0, 30.0
+_PORT = 21000
+_BAD = ("silent_ticks", "not_finite", "torque_excesses", "stiff_after")
+_QUICK = StandConfig(rise_s=0.8, ramp_s=0.2, settle_s=0.2, wiggle_s=0.1)
+_SIGNALS = {
+    "SIGINT": signal.SIGINT,
+    "SIGTERM": signal.SIGTERM,
+    "SIGKILL (watchdog)": signal.SIGKILL,
+    "hang: SIGSTOP (watchdog)": signal.SIGSTOP,
+}
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Try every fault. Half an hour on two cores with ten seeds; run nothing beside it.
+
+    Attributes:
+        out: directory of fault_matrix.json and fault_matrix.md.
+        seeds: of each fault in each state; a seed decides the moment, too.
+        only: names of faults; all if left out.
+        jobs: processes.
+    """
+
+    out: Path = Path("out/faults")
+    seeds: int = 10
+    only: tuple[str, ...] = ()
+    jobs: int = os.cpu_count() or 1
+
+
+def main() -> None:
+    """Run all and write the table."""
+    args = tyro.cli(Arguments, prog="python -m benchmarks.fault_matrix")
+    console = make_console()
+    cases = [case for case in product(FAULTS, _STATES, range(args.seeds)) if not args.only or case[0] in args.only]
+    signals = [case for case in product(_SIGNALS, _STATES, range(args.seeds)) if not args.only or case[0] in args.only]
+    rows = []
+    with Progress(console=console) as progress, ProcessPoolExecutor(args.jobs) as pool:
+        task = progress.add_task("faults of the robot", total=len(cases))
+        for row in pool.map(_in_lockstep, cases):
+            rows.append(row)
+            progress.advance(task)
+        task = progress.add_task("faults of the deployer", total=len(signals))
+        for row in map(_as_processes, signals):
+            rows.append(row)
+            progress.advance(task)
+    write_json(args.out / "fault_matrix.json", rows)
+    write_text(args.out / "fault_matrix.md", _markdown(rows))
+    console.print(f"Wrote {args.out / 'fault_matrix.md'} and fault_matrix.json.")
+
+
+def _in_lockstep(case: tuple[str, Since, int]) -> dict[str, Any]:
+    name, since, seed = case
+    logging.disable(logging.WARNING)
+    moment = float(np.random.default_rng(seed).uniform(0.2, 4.5 if since == "stand" else 2.5))
+    settings = Settings() if since == "stand" else Settings(stand=_QUICK)
+    rig = Rig(go2(seed), get_scenario("run"), PlannedFault(name, moment, since), seed)
+    its = Lockstep(Controller(Policy.load(policy_path()), settings), rig)
+    silent = 0
+    struck: Moment | None = None
+    for now in its.ticks(15.0):
+        silent += now.tick.state is not State.PASSIVE and now.tick.targets is None
+        began = rig.fault_began
+        if struck is None and began is not None and now.tick.state is State.DAMP:
+            struck = now
+        if struck is not None and now.time > struck.time + _AFTER_S:
+            break
+        if began is not None and struck is None and now.time > began + _WATCHED_S + (4.0 if since == "stand" else 0.0):
+            break
+    answer = rig.damping_after_fault
+    fault = its.controller.fault if struck is not None else None
+    return {
+        "fault": name, "state": since, "seed": seed, "at_s": moment,
+        "struck": None if fault is None else fault.name,
+        "reaction_ms": None if answer is None or rig.fault_began is None else 1e3 * (answer - rig.fault_began),
+        "silent_ticks": silent, "not_finite": rig.monitor.not_finite, "torque_excesses": rig.monitor.torque_excesses,
+        "fell": rig.fell_at is not None,
+    }  # fmt: skip
+
+
+def _as_processes(case: tuple[str, Since, int]) -> dict[str, Any]:
+    name, since, seed = case
+    url = f"udpm://239.255.76.67:{_PORT + seed}?ttl=0"
+    wait = float(np.random.default_rng(seed).uniform(0.05, 1.0))
+    wanted = {"stand": "standing", "run": "running"}[since]
+    with (
+        process("robot-sim", "--url", url, "--scenario", "run", "--seed", seed),
+        process("deploy", policy_path(), "--url", url, *QUICK_STAND) as deployer,
+        hearing(url) as ear,
+    ):
+        until = time.monotonic() + _PATIENCE_S
+        while ear.mode != wanted and time.monotonic() < until:
+            time.sleep(0.002)
+        time.sleep(wait)
+        began = time.monotonic()
+        deployer.process.send_signal(_SIGNALS[name])
+        time.sleep(_AFTER_S)
+        heard = [(at, targets) for at, targets in ear.targets if at >= began]
+    damped = [at for at, targets in heard if not targets.kp.any()]
+    stiff = [at for at, targets in heard if targets.kp.any() and damped and at > damped[0]]
+    return {
+        "fault": name, "state": since, "seed": seed, "at_s": wait, "struck": "damping" if damped else None,
+        "reaction_ms": 1e3 * (damped[0] - began) if damped else None,
+        "longest_gap_ms": 1e3 * ear.longest_gap(began), "stiff_after": len(stiff),
+    }  # fmt: skip
+
+
+def _markdown(rows: list[dict[str, Any]]) -> str:
+    lines = []
+    for name in dict.fromkeys(row["fault"] for row in rows):
+        for state in _STATES:
+            its = [row for row in rows if row["fault"] == name and row["state"] == state]
+            if not its:
+                continue
+            struck = Counter(row["struck"] or "none" for row in its)
+            reactions = [row["reaction_ms"] for row in its if row["reaction_ms"] is not None]
+            times = f"{np.median(reactions):.0f} / {max(reactions):.0f}" if reactions else "-"
+            bad = sum(any(row.get(key) for key in _BAD) for row in its)
+            answer = ", ".join(f"{key} {count}" for key, count in struck.most_common())
+            lines.append([name, state, str(len(its)), answer, times, str(bad)])
+    head = ["what goes wrong", "in", "seeds", "answer", "ms to the first damping, median / worst", "outside limits"]
+    return "\n".join(table(head, lines)) + "\n"
+
+
+if __name__ == "__main__":
+    main()

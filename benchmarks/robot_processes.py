@@ -1,0 +1,97 @@
+"""Deployer and simulated robot as processes over LCM, and an ear on the wire: for benchmarks and end-to-end tests."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+
+from hardware.channels import TARGETS
+from hardware.link import Link
+from hardware.messages import pd_tau_targets_lcmt
+from hardware.readings import Targets
+from symdyn.robot import GO2
+
+QUICK_STAND = (
+    "--stand.rise-s", "0.8", "--stand.ramp-s", "0.2", "--stand.settle-s", "0.2", "--stand.wiggle-s", "0.1",
+)  # fmt: skip
+"""Options of symdyn deploy that stand up in 2.2 s."""
+
+
+class Command:
+    """A command of symdyn as a process. Its words go to a file, which a watchdog that outlives it may hold open."""
+
+    def __init__(self, arguments: Sequence[object]) -> None:
+        self._words = tempfile.TemporaryFile("w+")  # noqa: SIM115
+        command = [sys.executable, "-m", "symdyn", *map(str, arguments)]
+        self.process = subprocess.Popen(command, stdout=self._words, stderr=subprocess.STDOUT)
+
+    def ends(self, within: float) -> tuple[int, str]:
+        """Wait for its end: the exit code and what it said."""
+        code = self.process.wait(within)
+        self._words.seek(0)
+        return code, self._words.read()
+
+    def guard(self) -> int:
+        """Its watchdog's process number."""
+        pid = self.process.pid
+        return int(Path(f"/proc/{pid}/task/{pid}/children").read_text().split()[0])
+
+
+@contextmanager
+def process(*arguments: object) -> Iterator[Command]:
+    """A command, killed with its watchdog if they are still there at the end."""
+    its = Command(arguments)
+    try:
+        yield its
+    finally:
+        if its.process.poll() is None:
+            children = Path(f"/proc/{its.process.pid}/task/{its.process.pid}/children").read_text().split()
+            for pid in (its.process.pid, *map(int, children)):
+                os.kill(pid, signal.SIGKILL)
+            its.process.wait()
+
+
+class Ear:
+    """Hears every target on the wire."""
+
+    def __init__(self, url: str) -> None:
+        self.targets: list[tuple[float, Targets]] = []
+        self.link = Link(url, [TARGETS], self._take)
+        self.link.start()
+
+    def _take(self, channel: str, data: bytes, arrival: float, number: int) -> None:
+        self.targets.append((arrival, Targets.of(pd_tau_targets_lcmt.decode(data))))
+
+    @property
+    def mode(self) -> str:
+        """By the gains of the last targets."""
+        if not self.targets:
+            return "untold"
+        kp = self.targets[-1][1].kp
+        return "damping" if not kp.any() else "running" if (kp == GO2.kp).all() else "standing"
+
+    def first_damping(self, after: float) -> float:
+        """When the first damping after a moment came, s of time.monotonic()."""
+        return next(when for when, targets in self.targets if when >= after and not targets.kp.any())
+
+    def longest_gap(self, after: float) -> float:
+        """Between two targets, s."""
+        times = [when for when, _ in self.targets if when >= after]
+        return max(b - a for a, b in pairwise(times))
+
+
+@contextmanager
+def hearing(url: str) -> Iterator[Ear]:
+    """An ear until the end of the block."""
+    ear = Ear(url)
+    try:
+        yield ear
+    finally:
+        ear.link.close()
