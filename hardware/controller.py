@@ -64,13 +64,14 @@ class Request(IntFlag):
     WATCHDOG = 32
 
 
-_REQUEST_FAULTS = {
+REQUEST_FAULTS = {
     Request.STOP: "stop_requested",
     Request.RECEIVER_DEAD: "receiver_dead",
     Request.OVERRUN: "overrun",
     Request.SECOND_DEPLOYER: "second_deployer",
     Request.WATCHDOG: "watchdog",
 }
+"""The fault of each request that is one."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +230,7 @@ class Controller:
         return self._fault
 
     def _requested(self, requests: Request) -> Fault | None:
-        for request, name in _REQUEST_FAULTS.items():
+        for request, name in REQUEST_FAULTS.items():
             if requests & request:
                 return Fault(name)
         return None

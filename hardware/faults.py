@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -159,3 +160,8 @@ class Fault:
 
     def __str__(self) -> str:
         return f"{self.name}: {self.detail}" if self.detail else self.name
+
+
+def table_rows(limits: Mapping[str, object]) -> list[list[str]]:
+    """The table for people: name, when it strikes, what it means, what to do. ``limits``: SafetyConfig's fields."""
+    return [[f"`{k.name}`", k.limit.format(**limits), k.means, k.help] for k in FAULTS.values()]
