@@ -1,9 +1,10 @@
 """Thresholds of the feet's force sensors, found in what they showed while the robot ran.
 
 Over a run a foot is either in the air, where its sensor shows its own zero, or bears load; the raw forces form two
-heaps. Otsu's method (A Threshold Selection Method from Gray-Level Histograms, 1979) parts them. Its own threshold lies
-midway between the heaps' means, where a foot has borne load for some time. So only the heaps' medians are taken, which
-the few samples on the wrong side hardly move, and the threshold is a tenth of the way from swing's to stance's.
+heaps. Otsu's method (A Threshold Selection Method from Gray-Level Histograms, 1979) parts them. Feet that stand for a
+while, or that load slowly, put a third heap in between: so the light heap is parted again and again, and the last two
+heaps that are well apart are taken. Otsu's own threshold lies midway between their means, where a foot has borne load
+for some time. So only the medians count, and the threshold is a tenth of the way from swing's to stance's.
 """
 
 from __future__ import annotations
@@ -162,22 +163,76 @@ def _calibrate_foot(raw: Floats, leg: str) -> FootSensor:
             f"Foot {leg} always shows {raw[0]:g}: its sensor is dead, or the bridge had not heard of the robot. "
             "Without it: --contact.source torque."
         )
-    cut = otsu(raw)
-    light, heavy = raw[raw <= cut], raw[raw > cut]
-    swing, stance = float(np.median(light)), float(np.median(heavy))
-    # 1.4826 times the median absolute deviation is a normal distribution's standard deviation; numbers are whole
-    deviation = max(1.4826 * float(np.median(np.abs(light - swing))), 1.0 / math.sqrt(12.0))
-    shares = f"{len(light) / len(raw):.0%} of the samples about {swing:.0f}, the others about {stance:.0f}"
-    if min(len(light), len(heavy)) < _LEAST_SHARE * len(raw):
-        raise NoTwoModes(f"Foot {leg} was hardly ever in swing, or hardly ever in stance ({shares}). {_WHAT_TO_DO}")
-    if stance - swing < _LEAST_DISTANCE * deviation or swing > _MOST_IN_SWING * stance:
-        raise NoTwoModes(
-            f"The forces of foot {leg} do not part into swing and stance ({shares}, the light ones spread by "
-            f"{deviation:.1f}). {_WHAT_TO_DO}"
-        )
-    clear = (swing + _CLEAR_OF_SWING * deviation) / ContactConfig().release
+    whole = _Heaps.of(raw, otsu(raw))
+    if not whole.both_there:
+        raise NoTwoModes(f"Foot {leg} was hardly ever in swing, or hardly ever in stance ({whole}). {_WHAT_TO_DO}")
+    heaps, deeper = None, whole
+    while deeper is not None:
+        heaps = _Heaps.of(raw, deeper.cut) if deeper.apart else heaps
+        deeper = _Heaps.of(raw, deeper.cut).of_light()
+    if heaps is None:
+        raise NoTwoModes(f"The forces of foot {leg} do not part into swing and stance ({whole}). {_WHAT_TO_DO}")
+    swing, stance = heaps.swing, heaps.stance
+    clear = (swing + _CLEAR_OF_SWING * heaps.deviation) / ContactConfig().release
     threshold = max(swing + _ON_THE_WAY * (stance - swing), clear, _LOWEST)
-    return FootSensor(threshold, swing, deviation, stance, float(np.mean(raw > threshold)))
+    return FootSensor(threshold, swing, heaps.deviation, stance, float(np.mean(raw > threshold)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Heaps:
+    """Raw forces parted in two.
+
+    Attributes:
+        cut: between them.
+        light: up to the cut, (L,).
+        heavy: above it, (H,).
+    """
+
+    cut: float
+    light: Floats
+    heavy: Floats
+
+    @classmethod
+    def of(cls, raw: Floats, cut: float) -> _Heaps:
+        return cls(cut, raw[raw <= cut], raw[raw > cut])
+
+    def of_light(self) -> _Heaps | None:
+        """The light heap parted in turn, or None if there is nothing to part."""
+        if self.light.min() == self.light.max():
+            return None
+        deeper = _Heaps.of(self.light, otsu(self.light))
+        least = _LEAST_SHARE * (len(self.light) + len(self.heavy))
+        return deeper if len(deeper.light) >= least else None
+
+    @property
+    def swing(self) -> float:
+        return float(np.median(self.light))
+
+    @property
+    def stance(self) -> float:
+        return float(np.median(self.heavy))
+
+    @property
+    def deviation(self) -> float:
+        """Robust standard deviation of the light heap: 1.4826 times the median absolute deviation of a normal one."""
+        of_whole_numbers = 1.0 / math.sqrt(12.0)
+        return max(1.4826 * float(np.median(np.abs(self.light - self.swing))), of_whole_numbers)
+
+    @property
+    def both_there(self) -> bool:
+        return min(len(self.light), len(self.heavy)) >= _LEAST_SHARE * (len(self.light) + len(self.heavy))
+
+    @property
+    def apart(self) -> bool:
+        far = self.stance - self.swing >= _LEAST_DISTANCE * self.deviation
+        return far and self.swing <= _MOST_IN_SWING * self.stance
+
+    def __str__(self) -> str:
+        share = len(self.light) / (len(self.light) + len(self.heavy))
+        return (
+            f"{share:.0%} of the samples about {self.swing:.0f}, spread by {self.deviation:.1f}; the others about "
+            f"{self.stance:.0f}"
+        )
 
 
 def otsu(values: Floats) -> float:

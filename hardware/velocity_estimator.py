@@ -169,6 +169,7 @@ class VelocityEstimator:
         self._foot_variance = np.square(
             [self._config.foot_velocity, self._config.foot_velocity, self._config.foot_velocity_vertical]
         )
+        self._warned = False
         self.reset()
 
     def reset(self) -> None:
@@ -180,7 +181,6 @@ class VelocityEstimator:
         self._flight_time = 0.0
         self._gap = 0.0
         self._begun = False
-        self._passed_over = False
         self._last = Estimate(*np.zeros((5, 3)), trust=np.zeros(len(LEGS)), valid=False)
 
     def update(self, dt: float, imu: Imu, joints: Joints, contact: ArrayLike) -> Estimate:
@@ -198,7 +198,6 @@ class VelocityEstimator:
             self.reset()
         if problem is not None:
             return self._pass_over(problem, dt)
-        self._passed_over = False
         legs = _Legs.of(self._kinematics, imu, joints)
         acceleration_w = legs.rotation @ imu.acceleration_b - GRAVITY * _UP_W
         stance = np.asarray(contact, dtype=bool)
@@ -219,9 +218,9 @@ class VelocityEstimator:
         return self._last
 
     def _pass_over(self, problem: str, dt: float) -> Estimate:
-        if not self._passed_over:
-            _log.warning("The velocity estimate passes over its input: %s.", problem)
-        self._passed_over = True
+        if not self._warned:
+            _log.warning("The velocity estimate passes over its input, now and whenever it is like this: %s.", problem)
+        self._warned = True
         if math.isfinite(dt):
             self._gap += max(dt, 0.0)
         self._last = replace(self._last, valid=False)
