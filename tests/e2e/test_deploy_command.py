@@ -22,8 +22,8 @@ from symdyn.gaits import PAPER_GAITS
 from symdyn.policy import METADATA_KEY
 
 PATIENCE = 60.0  # s; for a busy machine
-REACTION_S = 0.06
-WATCHDOG_S = 0.1
+REACTION_S = 0.2  # s; the figures are in docs/robot.md, this only tells "at once" from "not at once" on a busy machine
+WATCHDOG_S = 0.3
 
 
 def wait_for(condition: Callable[[], bool], what: str) -> None:
@@ -51,12 +51,14 @@ def test_the_papers_experiment_its_log_and_its_replay(tmp_path: Path) -> None:
     assert analysed.returncode == 0, analysed.stderr
     assert (tmp_path / "report" / "report.md").is_file()
     metrics = json.loads((tmp_path / "report" / "metrics.json").read_text())
-    segments = [s for s in metrics["segments"] if s["speed_command"] == pytest.approx(0.8)]
+    segments = [segment for segment in metrics["segments"] if segment["command"][0] == pytest.approx(0.8)]
     assert {segment["gait"].removesuffix("_mirrored") for segment in segments} == set(PAPER_GAITS)
     for segment in segments:
-        # that of the policy's own evaluation at 0.8 m/s is 0.05; feet's sensors and the estimate come on top
-        assert segment["gc_stance"] < 0.12, segment
-        assert abs(segment["speed"] - 0.8) < 0.15, segment
+        # 0.03 to 0.06 on a quiet machine; the policy's own evaluation at this speed has 0.04
+        assert segment["truth"]["gc_stance"] < 0.1, segment
+        assert segment["truth"]["gait_identity"] > 0.9, segment
+        assert abs(segment["truth"]["speed"] - 0.8) < 0.12, segment
+        assert segment["estimator"]["v_x_rms"] < 0.1, segment
     replayed = symdyn("replay", log, policy_path(), cwd=tmp_path)
     assert replayed.returncode == 0, replayed.stdout
 
@@ -117,20 +119,22 @@ def test_the_watchdog_damps_when_the_deployer_is_killed_or_hangs(number: signal.
         os.kill(guard, signal.SIGTERM)
 
 
-def test_a_robot_that_falls_silent_is_damped_in_time() -> None:
-    url = multicast_url()
+def test_a_robot_that_falls_silent_is_damped_in_time(tmp_path: Path) -> None:
+    url, out = multicast_url(), tmp_path / "sim.json"
+    fault = ("--fault", "silent", "--fault-at", 1.0, "--fault-since", "run")
     with (
-        process("robot-sim", "--url", url, "--fault", "silent", "--fault-at", 0.5, "--fault-since", "run") as robot,
+        process("robot-sim", "--url", url, *fault, "--out", out) as robot,
         process("deploy", policy_path(), "--url", url, *QUICK_STAND) as deployer,
         hearing(url) as ear,
     ):
+        wait_for(lambda: ear.mode == "running", "running")
         wait_for(lambda: ear.mode == "damping", "damping")
+        time.sleep(0.2)
         robot.process.send_signal(signal.SIGINT)
-        _, words = robot.ends(within=20.0)
-        assert "damping came" in words
-        reaction = float(words.split("damping came")[1].split()[0]) / 1e3
-        assert reaction <= REACTION_S + 0.005
+        robot.ends(within=20.0)
+        assert 0.0 < json.loads(out.read_text())["fault"]["reaction_s"] < REACTION_S
         assert deployer.process.poll() is None
+        assert ear.mode == "damping"
 
 
 class TestBadInput:
