@@ -12,7 +12,7 @@ _OURS = ("symdyn", "slip", "rl", "hardware")
 
 
 class DocstringRoles(griffe.Extension):
-    """Rewrites the roles of every docstring as cross-references of mkdocstrings, or as code where they lead elsewhere."""
+    """Rewrites roles as cross-references of mkdocstrings, or as code where they lead elsewhere."""
 
     def on_package(self, *, pkg: griffe.Module, **kwargs: Any) -> None:
         """Called once a package is loaded, so that names can be resolved."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import command_pages
+import gait_figures
 import module_pages
 import notebook_pages
 import repository_pages
@@ -20,6 +21,17 @@ _SECTIONS = {
 """Placeholders of the navigation in mkdocs.yml, and what makes the entry that takes their place."""
 
 
+_SOURCES = (
+    command_pages,
+    gait_figures,
+    module_pages,
+    notebook_pages,
+    repository_pages,
+    settings_page,
+    table_pages,
+)
+
+
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Fill the placeholders of the navigation."""
     config.nav = _filled(config.nav)
@@ -28,7 +40,15 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages."""
-    for source in (command_pages, module_pages, notebook_pages, repository_pages, settings_page, table_pages):
+    for source in (
+        command_pages,
+        gait_figures,
+        module_pages,
+        notebook_pages,
+        repository_pages,
+        settings_page,
+        table_pages,
+    ):
         for path, content in source.pages().items():
             files.append(File.generated(config, path, content=content))
     return files

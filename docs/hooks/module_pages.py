@@ -1,4 +1,4 @@
-"""A page for every public module, from its docstrings (mkdocstrings), and one for each package that lists its modules."""
+"""A page for every public module, from its docstrings, and one for each package that lists its modules."""
 
 from __future__ import annotations
 

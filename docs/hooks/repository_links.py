@@ -17,7 +17,7 @@ _LINK = re.compile(r"(?<=\]\()([^)#\s:]+)(?=[)#])")
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Point links at a page's repository path to the page."""
-    here = posixpath.dirname(_HOME.get(page.file.src_uri, f"docs/{page.file.src_uri}"))
+    here = posixpath.dirname(_home(page.file.src_uri))
 
     def moved(match: re.Match[str]) -> str:
         target = _page_of(posixpath.normpath(posixpath.join(here, match[1])))
@@ -26,6 +26,11 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         return posixpath.relpath(target, posixpath.dirname(page.file.src_uri) or ".")
 
     return _LINK.sub(moved, markdown)
+
+
+def _home(page: str) -> str:
+    """The file of the repository that a page is made from."""
+    return page if page.startswith("notebooks/") else _HOME.get(page, f"docs/{page}")
 
 
 def _page_of(path: str) -> str:

@@ -1,4 +1,4 @@
-"""Every setting of a training run: flag, default, what the presets change, meaning; from the dataclasses."""
+"""Settings of training run and deployer: flag, default, what presets change, meaning; from the dataclasses."""
 
 from __future__ import annotations
 
@@ -7,14 +7,29 @@ from typing import Any
 
 import griffe
 
+from hardware.settings import Settings
 from rl.config import PRESETS, TrainConfig
+from symdyn.markdown import table
 
 _PAPER = "paper"
-_PATH = "reference/settings.md"
 
 
 def pages() -> dict[str, str]:
     """Markdown by path."""
+    return {"reference/settings.md": _training(), "reference/deployer.md": _deployer()}
+
+
+def _deployer() -> str:
+    lines = [
+        "# Settings of the deployer",
+        "",
+        "Flags of [`symdyn deploy`](commands/deploy.md), and what they are when left out.",
+        *_section(Settings, {"default": Settings()}, ()),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _training() -> str:
     lines = [
         "# Settings of a training run",
         "",
@@ -25,13 +40,13 @@ def pages() -> dict[str, str]:
         ".venv/bin/symdyn train --preset cpu --env.rewards.temporal 0.3 --ppo.epochs 4 --out runs/mine",
         "```",
         "",
-        f"Presets: {', '.join(f'`{name}`' for name in PRESETS)}; `cpu` is the default of the command, `{_PAPER}` is the",
-        "paper. Why they differ is told in [what is the paper's, and what is ours](../method.md). The second column is the",
-        f"value of `{_PAPER}`, the third what other presets change it to.",
+        f"Presets: {', '.join(f'`{name}`' for name in PRESETS)}. `cpu` is the default of the command, `{_PAPER}` is",
+        "the paper. Why they differ is told in [what is the paper's, and what is ours](../method.md). The second",
+        f"column is the value of `{_PAPER}`, the third what other presets change it to.",
     ]
-    presets = {name: make() for name, make in PRESETS.items()}
+    presets = {name: PRESETS[name]() for name in sorted(PRESETS, key=lambda name: name != _PAPER)}
     lines += _section(TrainConfig, presets, ())
-    return {_PATH: "\n".join(lines) + "\n"}
+    return "\n".join(lines) + "\n"
 
 
 def _section(cls: type, presets: dict[str, Any], path: tuple[str, ...], repeated: bool = False) -> list[str]:
@@ -39,41 +54,46 @@ def _section(cls: type, presets: dict[str, Any], path: tuple[str, ...], repeated
 
     Args:
         cls: a configuration class.
-        presets: its value in every preset.
+        presets: its value in every preset; the first is the one that the others are compared with.
         path: where it stands in TrainConfig.
         repeated: whether the class has a section already, so that only what the presets change is shown.
     """
-    name = ".".join(path)
+    name, base = ".".join(path), next(iter(presets))
     summary, meanings = _documentation(cls)
-    lines = ["", f"{'#' * min(1 + max(len(path), 1), 4)} {name or 'The run'}", ""]
-    nested = [f for f in fields(cls) if is_dataclass(getattr(presets[_PAPER], f.name))]
+    lines = ["", f"{'#' * min(1 + max(len(path), 1), 4)} {name or 'In general'}", ""]
+    nested = [f for f in fields(cls) if is_dataclass(getattr(presets[base], f.name))]
     plain = [f for f in fields(cls) if f not in nested]
     if repeated:
         lines += [f"The settings of [{cls.__name__}][{cls.__module__}.{cls.__name__}] once more; presets change:", ""]
         plain = [f for f in plain if _changes(presets, f.name)]
     else:
         lines += [f"{summary} ([{cls.__name__}][{cls.__module__}.{cls.__name__}])", ""]
-    lines += ["| flag | paper | changed by presets | meaning |", "|---|---|---|---|"]
+    headings = ["flag", base, *(["changed by presets"] if len(presets) > 1 else []), "meaning"]
+    rows = []
     for field in plain:
         flag = "-".join(f"--{'.'.join((*path, field.name))}".split("_"))
         changes = "<br>".join(f"{name}: {_text(value)}" for name, value in _changes(presets, field.name).items())
         meaning = meanings.get(field.name, "").replace("|", "\\|").replace("``", "`")
-        lines.append(f"| `{flag}` | {_text(getattr(presets[_PAPER], field.name))} | {changes} | {meaning} |")
+        rows.append(
+            [f"`{flag}`", _text(getattr(presets[base], field.name)), *([changes] * (len(presets) > 1)), meaning]
+        )
+    if rows:
+        lines += table(headings, rows)
     for field in nested:
         inner = {name: getattr(value, field.name) for name, value in presets.items()}
         again = field.name == "final"
-        lines += _section(type(inner[_PAPER]), inner, (*path, field.name), again)
+        lines += _section(type(inner[base]), inner, (*path, field.name), again)
     return lines
 
 
 def _changes(presets: dict[str, Any], name: str) -> dict[str, Any]:
-    """The value in the presets where it is not the paper's, each run of equal ones under their names."""
-    paper = getattr(presets[_PAPER], name)
+    """The value in the presets where it is not that of the first, equal ones together under their names."""
+    first = getattr(next(iter(presets.values())), name)
     grouped: dict[str, list[str]] = {}
     values = {}
     for preset, config in presets.items():
         value = getattr(config, name)
-        if value != paper and name != "preset":
+        if value != first and name != "preset":
             grouped.setdefault(repr(value), []).append(preset)
             values[repr(value)] = value
     return {", ".join(names): values[key] for key, names in grouped.items()}

@@ -1,12 +1,65 @@
-"""The observation and the metrics as tables, from the definitions that training and evaluation use."""
+"""Tables of the observation, the metrics and the gaits, from the definitions that training and evaluation use."""
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
 from rl.summaries import EXTRA_KEYS
-from symdyn.legs import JOINTS
+from symdyn.gaits import LIBRARY
+from symdyn.legs import JOINTS, LEG_JOINTS, LEGS
+from symdyn.markdown import table
 from symdyn.metrics import KEYS
 from symdyn.observation import OBSERVATION
-from symdyn.symmetry import K4, E
+from symdyn.robot import GO2
+from symdyn.symmetry import K4, E, classify
+from symdyn.timing import GRAVITY, TimingCurve
+
+
+def gait_table() -> list[str]:
+    """The library: offsets of each gait."""
+    rows = [[f"`{gait.name}`", *(f"{offset:.2f}" for offset in gait.offsets)] for gait in LIBRARY.values()]
+    return table(["gait", *(f"θ {leg}" for leg in LEGS)], rows)
+
+
+def class_table() -> list[str]:
+    """The library: K, H with its shifts, legs in phase, time-reversal partner of each gait."""
+    rows = []
+    for gait in LIBRARY.values():
+        found = classify(gait)
+        shifts = ", ".join(name if shift == 0.0 else f"{name} after {shift:g}" for name, shift in found.H)
+        pairs = ", ".join(" = ".join(pair) for pair in found.symmetric_pairs) or "none"
+        partner = found.time_reversal_partner or "not in the library"
+        rows.append([f"`{gait.name}`", ", ".join(found.K), shifts, pairs, partner.replace("_", " ")])
+    return table(["gait", "K", "H, and after what part of a stride", "legs in phase", "reversed in time"], rows)
+
+
+def timing_table() -> list[str]:
+    """Stride period and duty factor of the paper's curves on the Go2."""
+    curve, rows = TimingCurve(), []
+    for speed in (0.0, 0.2, 0.5, 1.0, 1.5, 2.0):
+        v, length = np.array(speed), GO2.leg_length
+        star = speed / math.sqrt(GRAVITY * length)
+        rows.append([f"{speed:g}", f"{star:.2f}", f"{curve.period(v, length):.3f}", f"{curve.duty(v, length):.3f}"])
+    return table(["v, m/s", "v*", "T, s", "β"], rows)
+
+
+TABLES = {
+    "<!-- gait table -->": gait_table,
+    "<!-- class table -->": class_table,
+    "<!-- timing table -->": timing_table,
+}
+"""Comments in pages in whose place a table is put."""
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Put the tables into a page."""
+    for comment, make in TABLES.items():
+        if comment in markdown:
+            markdown = markdown.replace(comment, "\n".join(make()))
+    return markdown
 
 
 def pages() -> dict[str, str]:
@@ -19,9 +72,9 @@ def _observation() -> str:
         "# Observation",
         "",
         f"The policy sees {OBSERVATION.size} numbers, 50 times a second: those of the paper, section III-C. They are",
-        "defined once, in [symdyn.observation][], and training, evaluation and robot assemble them by the",
-        "same function. The vector holds scale × value; noise is the half-width of the uniform noise in training, before",
-        "scaling. `symdyn gaits --observation` prints this table.",
+        "defined once, in [symdyn.observation][], and training, evaluation and robot assemble them by the same",
+        "function. The vector holds scale times value; noise is the half-width of the uniform noise in training,",
+        "before scaling. `symdyn gaits --observation` prints this table.",
         "",
         "| index | term | unit | scale | noise | order | meaning |",
         "|---|---|---|---|---|---|---|",
@@ -52,15 +105,19 @@ def _observation() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _action(index, sign) -> str:
+def _action(index: NDArray[np.int64], sign: NDArray[np.float64]) -> str:
     moves = "permuted" if list(index) != list(range(len(index))) else ""
     if len(index) == len(JOINTS):
-        flips = "signs " + "".join("+" if s > 0 else "−" for s in sign[:3]) + " in each leg"
+        flips = f"signs `{_signs(sign[: len(LEG_JOINTS)])}` in each leg"
     else:
-        flips = "signs " + "".join("+" if s > 0 else "−" for s in sign)
+        flips = f"signs `{_signs(sign)}`"
     if not (sign < 0).any():
         flips = ""
     return ", ".join(part for part in (moves, flips) if part) or "same"
+
+
+def _signs(signs: NDArray[np.float64]) -> str:
+    return "".join("+" if sign > 0 else "-" for sign in signs)
 
 
 def _metrics() -> str:
