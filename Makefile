@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 # pip takes every package at the version that CI ran
 PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
 
-.PHONY: help install demo test check bench clean
+.PHONY: help install demo test check docs bench messages clean
 
 help:
 	@echo "make demo     install, judge the policy that comes with symdyn, write out/demo/report.md"
 	@echo "make test     install, run every test"
 	@echo "make install  only install, into $(VENV)"
 	@echo "make check    ruff, pyright, import-linter"
+	@echo "make docs     the documentation as a site, into out/site"
 	@echo "make bench    speed and memory, as ratios within one run, into out/bench.json"
 	@echo "make clean    remove $(VENV) and out/"
 
@@ -34,6 +35,14 @@ check: install
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+docs: install
+	$(BIN)/mkdocs build --strict --site-dir out/site
+
+# the Python classes of the LCM messages, from their definitions
+messages: install
+	$(BIN)/lcm-gen -p --ppath . hardware/messages/*.lcm
+	printf '"""The same policy on the real robot: messages, state, safety, logs."""\n' > hardware/__init__.py
 
 bench: install
 	$(BIN)/python -m benchmarks --out out/bench.json

@@ -138,6 +138,12 @@ GROUPS: dict[str, dict[str, Command]] = {
             "a log of the robot as the paper's hardware figures: contacts, velocity, torque, cost of transport",
             "symdyn analyze run.lcmlog --out out/run",
         ),
+        "calibrate-feet": Command(
+            "hardware.cli.calibrate_feet",
+            "hardware",
+            "thresholds of the feet's force sensors, from a log of running",
+            "symdyn calibrate-feet run.lcmlog --out feet.json",
+        ),
         "replay": Command(
             "hardware.cli.replay",
             "hardware",
@@ -146,6 +152,9 @@ GROUPS: dict[str, dict[str, Command]] = {
         ),
     },
 }
+
+
+_WIDTH = max(len(name) for group in GROUPS.values() for name in group)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -188,7 +197,7 @@ def overview() -> str:
     for group, commands in GROUPS.items():
         lines += ["", f"{group}:"]
         for name, command in commands.items():
-            lines += [f"  {name:<10} {command.summary}", f"             $ {command.example}"]
+            lines += [f"  {name:<{_WIDTH}} {command.summary}", f"  {'':<{_WIDTH}} $ {command.example}"]
     lines += ["", "'symdyn COMMAND --help' explains every option. 'symdyn --version' prints the version.", ""]
     return "\n".join(lines)
 
