@@ -23,7 +23,16 @@ from symdyn.robot import GO2
 
 BEGIN, END, TOTAL = 0.04, 0.1, 0.14  # s
 FIRST, LAST = round(BEGIN / PERIOD), round(END / PERIOD) - 1  # the first and the last period with the fault
-ROBOTS = {"joint_stuck", "motor_dead", "payload", "push", "slippery", "swapped_legs_command", "tilt"}
+ROBOTS = {
+    "joint_stuck",
+    "motor_dead",
+    "payload",
+    "push",
+    "slippery",
+    "swapped_legs_both",
+    "swapped_legs_command",
+    "tilt",
+}
 """Faults that change what the robot does, and so all that comes after."""
 
 
@@ -157,6 +166,7 @@ class TestOrder:
         ("name", "pairs"),
         [
             ("swapped_legs_state", FRONT),
+            ("swapped_legs_both", FRONT),
             ("swapped_joints_state", (("LH_thigh", "LH_calf"),)),
             ("swapped_hips_state", (("LF_hip", "LH_hip"), ("RF_hip", "RH_hip"))),
         ],
@@ -175,11 +185,12 @@ class TestOrder:
             for field in ("pos", "vel", "torque"):
                 assert np.array_equal(getattr(Joints.of(got), field), sign * getattr(Joints.of(true), field))
 
-    def test_front_legs_get_each_others_targets(self):
+    @pytest.mark.parametrize("name", ["swapped_legs_command", "swapped_legs_both"])
+    def test_front_legs_get_each_others_targets(self, name):
         wanted = GO2.default_joint_pos.copy()
         wanted[JOINT_NAMES.index("LF_hip")] += 0.3
         wanted[JOINT_NAMES.index("RF_hip")] += 0.1
-        rig = Rig(go2(start="hung"), get_scenario("idle"), PlannedFault("swapped_legs_command", at=0.0))
+        rig = Rig(go2(start="hung"), get_scenario("idle"), PlannedFault(name, at=0.0))
         told(rig, 0.02, wanted)
         told(rig, 2.0, wanted, kp=60.0, kd=3.0)
         assert Joints.of(rig.robot.joints()).pos == pytest.approx(swap(wanted, *self.FRONT), abs=0.05)

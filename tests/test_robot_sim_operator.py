@@ -209,7 +209,7 @@ class TestMonitor:
         assert monitor.torque_excess == pytest.approx(excess if excess > 1e-3 else 0.0)
         assert monitor.torque_excesses == (excess > 1e-3)
 
-    def test_any_state_of_the_last_50_ms_may_have_been_used_and_none_before(self):
+    def test_any_state_of_the_last_100_ms_may_have_been_used_and_none_before(self):
         fits, does_not = joints(0.5), joints(-0.5)
         for age, excesses in ((MEMORY - 1, 0), (MEMORY, 1)):
             monitor = watching(does_not, fits, *[does_not] * age)

@@ -235,6 +235,10 @@ class _SwappedCommand(Effect):
         return message
 
 
+class _SwappedBoth(_SwappedState, _SwappedCommand):
+    pass
+
+
 class _SignFlipped(Effect):
     def outgoing(self, channel, message):
         if channel == JOINTS:
@@ -361,6 +365,9 @@ FAULTS: dict[str, FaultKind] = {
     "quat_zero": FaultKind("a quaternion of zeros, as before the bridge has heard of the robot", _QuaternionZero),
     "swapped_legs_state": FaultKind("joints of front left and right are reported for each other", _SwappedState),
     "swapped_legs_command": FaultKind("joints of front left and right get each other's targets", _SwappedCommand),
+    "swapped_legs_both": FaultKind(
+        "front left and right, for each other in what is reported and in targets", _SwappedBoth
+    ),
     "swapped_joints_state": FaultKind("a thigh and its calf are reported for each other", _SwappedJoints),
     "swapped_hips_state": FaultKind("front and rear hips, alike at stand, are reported for each other", _SwappedHips),
     "sign_flipped": FaultKind("a hip is reported with the other sign", _SignFlipped),
