@@ -19,8 +19,8 @@ Mode = Literal["untold", "limp", "damping", "standing", "running"]
 policies of this robot are trained with, and at most their kd. ``standing``: others."""
 
 MEMORY = 50
-"""States of the joints of which the sender may have used any. 100 ms: the 50 ms after which a deployer must call a state
-stale, and as much for a busy computer between the two."""
+"""States of the joints of which the sender may have used any. 100 ms: the 50 ms after which a deployer must call a
+state stale, and as much for a busy computer between the two."""
 
 TORQUE_TOLERANCE = 1e-3
 """N m; the wire's float32."""
