@@ -86,7 +86,13 @@ def segment_rows(metrics: Mapping[str, Any], view: str, keys: Iterable[str]) -> 
 
 def struck(metrics: Mapping[str, Any]) -> list[tuple[float, str]]:
     """Time and text of each fault that sent the robot into damping."""
-    return [(m["time"], m["fault"]) for m in metrics["timeline"] if m["state"] == State.DAMP and m["fault"]]
+    before, found = "", []
+    for moment in metrics["timeline"]:
+        fault = moment["fault"] if moment["state"] == State.DAMP else ""
+        if fault and not before:
+            found.append((moment["time"], fault))
+        before = fault
+    return found
 
 
 def _fault_lines(metrics: Mapping[str, Any]) -> list[str]:
@@ -138,7 +144,7 @@ def _timing_lines(timing: Mapping[str, Any]) -> list[str]:
     names = {"state_age": "age of the state when used", "interval": "from tick to tick", "compute": "compute"}
     rows = [[text, *(_ms(value) for value in timing[key].values())] for key, text in names.items()]
     return [
-        f"{timing['ticks']} ticks while targets were sent. In all, {timing['overruns']} began more than a tick late.",
+        f"{timing['ticks']} ticks of Stand and Run. In all, {timing['overruns']} began more than a tick late.",
         "",
         *table(["ms", *timing["interval"]], rows),
     ]

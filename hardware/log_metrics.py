@@ -130,20 +130,20 @@ def by_gait(judged: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, dict[str
 
 
 def timing(ticks: Ticks) -> dict[str, Any]:
-    """How the computer kept time while targets were sent (or at all, if none were): p50, p99 and the largest, s.
+    """How the computer kept time in Stand and Run (or at all, if the robot never stood): p50, p99 and the largest, s.
 
     Returns:
         ``state_age``, ``interval`` between ticks, ``compute``; number of ``ticks`` and ``overruns``.
     """
     known = (ticks.joints_number > 0) & (ticks.imu_number > 0)
-    sending = known & (np.array(ticks.state) != State.PASSIVE)
-    if not sending.any():
-        sending = known
-    both = sending[1:] & sending[:-1]
+    driven = known & np.isin(ticks.state, [State.STAND, State.RUN])
+    if not driven.any():
+        driven = known
+    both = driven[1:] & driven[:-1]
     return {
-        "ticks": int(sending.sum()),
+        "ticks": int(driven.sum()),
         "overruns": int(ticks.overruns[-1] - ticks.overruns[0]),
-        "state_age": _percentiles(ticks.state_age[sending]),
+        "state_age": _percentiles(ticks.state_age[driven]),
         "interval": _percentiles(np.diff(ticks.time)[both]),
         # each tick says how long the one before it took
         "compute": _percentiles(ticks.compute[1:][both]),

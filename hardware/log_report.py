@@ -172,7 +172,7 @@ def _other_figures(log: LogContents, metrics: Mapping[str, Any], true: bool) -> 
     if log.ticks is not None:
         drawn["timing.png"] = (
             log_figures.timing(log.ticks, metrics["timing"], f"Timing: {title}"),
-            "A dot a tick; the numbers are over the ticks in which targets were sent.",
+            "A dot a tick; the numbers are over Stand and Run.",
         )
     return drawn
 

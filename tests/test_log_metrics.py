@@ -181,9 +181,10 @@ class TestTiming:
         assert found["compute"] == pytest.approx({"p50": 0.001, "p99": 0.001, "max": 0.004})
         assert (found["ticks"], found["overruns"]) == (n, 2)
 
-    def test_only_where_targets_were_sent(self):
-        states = ["passive"] * 100 + ["stand"] * 100
-        ticks = ticks_of(states, state_age=[1e9] * 100 + [0.001] * 100, compute=[1.0] * 101 + [0.002] * 99)
+    def test_only_where_the_robot_was_driven(self):
+        states = ["passive"] * 100 + ["stand"] * 60 + ["run"] * 40 + ["damp"] * 50
+        ages = [1e9] * 100 + [0.001] * 100 + [30.0] * 50
+        ticks = ticks_of(states, state_age=ages, compute=[1.0] * 101 + [0.002] * 100 + [0.5] * 49)
         found = log_metrics.timing(ticks)
         assert found["ticks"] == 100
         assert found["state_age"]["max"] == found["state_age"]["p50"] == 0.001

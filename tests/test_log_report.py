@@ -49,7 +49,9 @@ def found(tmp_path_factory) -> tuple[Analysis, str, Path]:
     n = len(gaits)
     states = ["run"] * (n - 40) + ["damp"] * 40
     faults = [""] * (n - 40) + ["tilt: 0.71 rad"] * 40
-    path = write_session(folder / "run.lcmlog", made, gaits, states, faults, lost={100, 101}, truth=made)
+    path = write_session(
+        folder / "run.lcmlog", made, gaits, states, faults, lost={100, 101, *range(n - 30, n - 20)}, truth=made
+    )
     analysis = analysed(path)
     return analysis, write(analysis, folder / "out").read_text(), folder / "out"
 
@@ -66,7 +68,8 @@ class TestReport:
     def test_the_fault_with_what_to_do(self, found):
         _, text, _ = found
         assert "tilt: 0.71 rad" in text
-        assert FAULTS["tilt"].help in text
+        # once, although ticks are missing while the robot was damped
+        assert text.count(FAULTS["tilt"].help) == 1
 
     def test_what_the_log_lacks(self, found):
         analysis, text, _ = found
