@@ -18,7 +18,7 @@ from platform import processor, python_version  # noqa: E402
 import tyro  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-from benchmarks import environment, slip, startup, training  # noqa: E402
+from benchmarks import environment, robot, slip, startup, training  # noqa: E402
 from benchmarks.result import Result  # noqa: E402
 from symdyn.console import make_console  # noqa: E402
 from symdyn.files import write_json  # noqa: E402
@@ -28,12 +28,13 @@ PARTS: dict[str, Callable[[], list[Result]]] = {
     "training": training.measure,
     "startup": startup.measure,
     "slip": slip.measure,
+    "robot": robot.measure,
 }
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Measure speed and memory. Takes about two minutes on two cores; run nothing beside it.
+    """Measure speed and memory. Takes about four minutes on two cores; run nothing beside it.
 
     Attributes:
         out: JSON file of the results.

@@ -11,6 +11,7 @@ All that decides comes in through :meth:`Controller.tick`, so that a log can be 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntFlag, StrEnum
 
@@ -174,12 +175,13 @@ class Controller:
         self._held: frozenset[str] | None = None
         self._gait = self._gaits[next(iter(self._gaits))]
 
-    def tick(self, now: float, inputs: Inputs) -> Tick:
+    def tick(self, now: float, inputs: Inputs, send: Callable[[Targets], object] | None = None) -> Tick:
         """One tick.
 
         Args:
             now: s, the clock of the arrivals.
             inputs: the newest messages.
+            send: called with the targets as soon as they are known, before what only display and log want is computed.
         """
         dt = 1.0 / TICK_HZ if self._last_time is None else now - self._last_time
         self._last_time = now
@@ -217,6 +219,8 @@ class Controller:
             targets = damping(seen, at, self.limits, self.settings.safety)
         if targets is not None:
             self._sent = targets.pos
+            if send is not None:
+                send(targets)
         return self._told(inputs, targets, fault, acted, dt, joints, imu, state_fault is None, now)
 
     def fail(self, error: Exception) -> Targets:

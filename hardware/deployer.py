@@ -180,8 +180,7 @@ class Deployer:
             inputs = self._inputs()
             tick: Tick | None = None
             try:
-                tick = self.controller.tick(now, inputs)
-                self._send(tick.targets)
+                tick = self.controller.tick(now, inputs, self._send)
             except Exception as error:
                 _log.exception("The controller failed")
                 self._send(self.controller.fail(error))
@@ -213,9 +212,7 @@ class Deployer:
         latest = self.link.latest
         return Inputs(latest(JOINTS), latest(IMU), latest(JOYSTICK), requests)
 
-    def _send(self, targets: Targets | None) -> None:
-        if targets is None:
-            return
+    def _send(self, targets: Targets) -> None:
         self._number += 1
         message = targets.message(self._number, self.sender)
         data = message.encode() if self.options.dry else self.link.send(TARGETS, message)

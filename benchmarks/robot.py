@@ -1,0 +1,106 @@
+"""How punctual the deployer is, how fresh its state, how long its decisions take: alone, and beside a busy computer."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.result import Result
+from benchmarks.robot_processes import QUICK_STAND, hearing, process
+from hardware.channels import TICK
+from hardware.controller import Controller, State
+from hardware.event_log import LogReader
+from hardware.robot_sim.lockstep import Lockstep
+from hardware.robot_sim.rig import Rig
+from hardware.robot_sim.scenarios import get_scenario
+from hardware.settings import TICK_HZ, Settings, StandConfig
+from rl.pretrained import policy_path
+from symdyn.cli.robot_sim import go2
+from symdyn.policy import Policy
+
+_RUN_S = 20.0
+_PATIENCE_S = 30.0
+_PORT = 21900
+
+
+def measure() -> list[Result]:
+    """Compute time up to sending, and age of the state, tick jitter and overruns of real processes over LCM."""
+    return [_decision(), *_session("alone"), *_session("beside two busy processes", load=2)]
+
+
+def _decision() -> Result:
+    logging.disable(logging.WARNING)
+    controller = Controller(Policy.load(policy_path()), Settings(stand=StandConfig(0.8, 0.2, 0.2, 0.1)))
+    world = Lockstep(controller, Rig(go2(0), get_scenario("run"), None, 0))
+    for moment in world.ticks(10.0):
+        if moment.tick.state is State.RUN:
+            break
+    times = []
+    for moment in world.run(10.0):
+        sent: list[float] = []
+        begun = time.perf_counter()
+        tick = controller.tick(moment.time, moment.inputs, lambda _, sent=sent: sent.append(time.perf_counter()))
+        if tick.acted:
+            times.append(1e3 * (sent[0] - begun))
+    logging.disable(logging.NOTSET)
+    return Result("robot: policy and safety, to sending, p99", _p99(times), "ms", at_most=1.0, details=_spread(times))
+
+
+def _session(how: str, load: int = 0) -> list[Result]:
+    url = f"udpm://239.255.76.67:{_PORT + load}?ttl=0"
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "run.lcmlog"
+        with (
+            _busy(load),
+            process("robot-sim", "--url", url, "--scenario", "run"),
+            process("deploy", policy_path(), "--url", url, "--log", log, *QUICK_STAND) as deployer,
+            hearing(url) as ear,
+        ):
+            until = time.monotonic() + _PATIENCE_S
+            while ear.mode != "running" and time.monotonic() < until:
+                time.sleep(0.01)
+            time.sleep(_RUN_S)
+            for _ in range(2):
+                deployer.process.send_signal(signal.SIGTERM)
+                time.sleep(0.5)
+            deployer.ends(within=20.0)
+        ticks = [event.message() for event in LogReader(log) if event.channel == TICK]
+    running = [tick for tick in ticks if tick.state == State.RUN]
+    age = [1e3 * tick.state_age for tick in running]
+    late = (1e3 * np.abs(np.diff([tick.time for tick in running]) - 1.0 / TICK_HZ)).tolist()
+    busy = [1e3 * tick.compute for tick in running]
+    return [
+        Result(f"robot, {how}: age of the state when used, p99", _p99(age), "ms", details=_spread(age)),
+        Result(f"robot, {how}: tick off its 5 ms, p99", _p99(late), "ms", details=_spread(late)),
+        Result(f"robot, {how}: whole tick with estimate and log, p99", _p99(busy), "ms", details=_spread(busy)),
+        Result(f"robot, {how}: overruns in {_RUN_S:g} s", float(running[-1].overruns - running[0].overruns), ""),
+    ]
+
+
+@contextmanager
+def _busy(number: int) -> Iterator[None]:
+    loads = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(number)]
+    try:
+        yield
+    finally:
+        for load in loads:
+            os.kill(load.pid, signal.SIGKILL)
+            load.wait()
+
+
+def _p99(values: list[float]) -> float:
+    return float(np.percentile(values, 99))
+
+
+def _spread(values: list[float]) -> dict[str, float]:
+    return {"p50": float(np.median(values)), "p99": _p99(values), "max": max(values), "n": float(len(values))}
