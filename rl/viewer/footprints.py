@@ -19,8 +19,9 @@ KEPT = 6
 _RADIUS = 0.022  # m; a Go2's foot
 _ABOVE = 0.006  # m; or they would flicker with the ground
 _APART = 0.04  # m; nearer than this to its last print, a foot stands on it still
-_NOWHERE = np.array([0.0, 0.0, -10.0])  # prints that there are not yet
+_NOWHERE = np.array([0.0, 0.0, -1e4])  # out of sight: prints that there are not yet
 _CORNERS = 20
+_INK = 0.4  # darker, as the sun stands above: what lies flat is brighter than what stands
 _SHADE = (0.32, 0.15)  # m; half axes on the ground of a Go2's trunk and legs
 _SHADES = tuple(np.linspace(0.5, 1.0, 8).tolist())  # one in another, so that its edge is soft
 
@@ -43,7 +44,7 @@ class Footprints:
             faces,
             batched_wxyzs=_level(count),
             batched_positions=np.tile(_NOWHERE, (count, 1)),
-            batched_colors=np.repeat([to_rgb(LEG_COLOURS[leg]) for leg in LEGS], KEPT, axis=0),
+            batched_colors=np.repeat([_INK * np.array(to_rgb(LEG_COLOURS[leg])) for leg in LEGS], KEPT, axis=0),
             lod="off",
             side="double",
             cast_shadow=False,
@@ -87,7 +88,7 @@ def add_shade(scene: viser.SceneApi, name: str) -> viser.SceneNodeHandle:
         batched_positions=np.column_stack([np.zeros((count, 2)), 0.0005 * np.arange(1, count + 1)]),
         batched_scales=np.column_stack([_SHADES, _SHADES, np.ones(count)]),
         batched_colors=np.zeros(3),
-        opacity=0.045,
+        opacity=0.035,
         lod="off",
         side="double",
         cast_shadow=False,

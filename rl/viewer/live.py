@@ -164,7 +164,7 @@ class LiveSimulation:
         # a robot that diverged is not finite; it has fallen, and only the network must not choke on it
         seen = (projected_gravity(_array(state.base_quat_w)), _array(state.joint_pos), _array(state.joint_vel))
         targets = self.driver.act(*(np.nan_to_num(array) for array in seen))
-        self.physics.set_targets(self.policy.targets(0.0 * self.driver.action) if down else targets)
+        self.physics.set_targets(self.policy.targets(np.zeros_like(self.driver.action)) if down else targets)
         for _ in range(self.physics.substeps):
             self.physics.substep()
             self.driver.advance(self._dt)

@@ -28,6 +28,7 @@ class Page:
         server: that listens.
         robot: of which kind the robot is.
         shown: what is shown.
+        title: of the panel on the right, which is for others to fill.
 
     Attributes:
         failure: what ended the drawing before :meth:`close`, or None.
@@ -36,12 +37,12 @@ class Page:
         FileProblem, ResourceProblem: if the robot's meshes cannot be read.
     """
 
-    def __init__(self, server: viser.ViserServer, robot: Robot, shown: Shown) -> None:
+    def __init__(self, server: viser.ViserServer, robot: Robot, shown: Shown, title: str) -> None:
         self.failure: BaseException | None = None
         self._server = server
         self._shown = shown
         self._scene = Scene(server, robot)
-        server.gui.set_panel_label("What you tell it")
+        server.gui.set_panel_label(title)
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(PANEL_WIDTH)

@@ -98,7 +98,7 @@ def velocity(trace: Trace) -> str:
     """Commanded (dashed) and measured forward velocity; thick is the mean over the last stride."""
     shown = [v[np.isfinite(v)] for v in (trace.velocity, trace.command) if v is not None]
     low, high = _range(np.concatenate(shown))
-    top, bottom = 4.0, _SPEED_HEIGHT - 4.0
+    top, bottom = 9.0, _SPEED_HEIGHT - 5.0
 
     def y(v: float) -> float:
         return bottom - (v - low) / (high - low) * (bottom - top)

@@ -98,7 +98,7 @@ class Watched:
         said = f"No message for {silent:.1f} s." if silent > SILENT_S else ""
         trace = _trace(news)
         return report.page(
-            report.headline(self._name, f"{rate:.0f} times a second news of it"),
+            report.headline(self._name, f"heard of {rate:.0f} times a second"),
             report.notice(said, bool(said)),
             report.footfalls(trace),
             report.velocity(trace),

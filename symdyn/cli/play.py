@@ -7,6 +7,7 @@ from rl.threads import wait_passively
 wait_passively()  # before torch
 
 import os  # noqa: E402
+import signal  # noqa: E402
 from collections.abc import Iterator, Sequence  # noqa: E402
 from contextlib import AbstractContextManager, closing, contextmanager  # noqa: E402
 from dataclasses import dataclass  # noqa: E402
@@ -75,11 +76,21 @@ def run(arguments: Sequence[str]) -> int:
     log_to(console)
     show = _simulated if args.robot_sim is None else _watched
     try:
-        with show(args, console) as page:
+        with _ended_by_sigterm(), show(args, console) as page:
             page.wait()
     except KeyboardInterrupt:
         console.print("Ended.")
     return 0
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """A block that SIGTERM ends as Ctrl-C does."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _with_url(arguments: Sequence[str]) -> list[str]:
@@ -102,7 +113,7 @@ def _simulated(args: PlayArguments, console: Console) -> Iterator[Page]:
     policy = Policy.load(path)
     with serving(args.host, args.port) as server:
         runner = Runner(LiveSimulation(policy, args.seed))
-        page = Page(server, runner.simulation.robot, LiveView(runner))
+        page = Page(server, runner.simulation.robot, LiveView(runner), "What you tell it")
         Controls(server, runner, path.name)
         runner.start()
         page.start()
@@ -131,7 +142,7 @@ def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
             f"{_ROBOT_SIM} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[hardware]'."
         ) from error
     with listening, serving(args.host, args.port) as server:
-        page = Page(server, GO2, watched)
+        page = Page(server, GO2, watched, "Robot on LCM")
         server.gui.add_html(paragraph(_INTRODUCTION))
         page.start()
         try:
