@@ -214,9 +214,9 @@ def timing(ticks: Ticks, found: dict[str, Any], title: str) -> Figure:
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     series = {
-        "state_age": (ticks.time, ticks.state_age, "age of the state [ms]"),
-        "interval": (ticks.time[1:], np.diff(ticks.time), "time between ticks [ms]"),
-        "compute": (ticks.time[:-1], ticks.compute[1:], "compute time [ms]"),
+        "state_age": (ticks.time, ticks.state_age, "state age [ms]"),
+        "interval": (ticks.time[1:], np.diff(ticks.time), "tick to tick [ms]"),
+        "compute": (ticks.time[:-1], ticks.compute[1:], "compute [ms]"),
     }
     for axes, (key, (time, values, text)) in zip(panels, series.items(), strict=True):
         numbers = found[key]
