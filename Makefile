@@ -27,8 +27,10 @@ $(VENV)/installed: pyproject.toml constraints.txt
 demo: install
 	$(BIN)/symdyn demo --out out/demo
 
+# files in parallel; then, alone, what runs by the clock
 test: install
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not realtime"
+	$(BIN)/python -m pytest -m realtime
 
 check: install
 	$(BIN)/ruff check .

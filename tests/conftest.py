@@ -33,6 +33,24 @@ settings.register_profile(
 settings.load_profile("symdyn")
 
 
+REAL_TIME = frozenset(
+    {
+        "test_deploy_command.py",
+        "test_play_command.py",
+        "test_robot_sim_command.py",
+        "test_robot_sim_session.py",
+        "test_viewer_time.py",
+    }
+)
+"""Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.name in REAL_TIME:
+            item.add_marker(pytest.mark.realtime)
+
+
 @pytest.fixture(scope="session")
 def slip_cache() -> Iterator[Path]:
     """The cache of explored families that tests share (tests/slip_reference.py)."""
