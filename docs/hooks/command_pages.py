@@ -7,25 +7,10 @@ import io
 import os
 from functools import cache
 
-from checkout import ROOT
-
-from symdyn.cli import GROUPS as ALL_GROUPS
-from symdyn.cli import Command, main
+from symdyn.cli import GROUPS, Command, main
 
 _FOLDER = "reference/commands"
-_COLUMNS = "92"
-
-
-def _written(command: Command) -> bool:
-    path = ROOT / f"{command.module.replace('.', '/')}.py"
-    return path.is_file() and "def run(" in path.read_text()
-
-
-GROUPS = {
-    group: {name: command for name, command in commands.items() if _written(command)}
-    for group, commands in ALL_GROUPS.items()
-    if any(map(_written, commands.values()))
-}  # TRANSITION
+_COLUMNS = 92
 
 
 def nav() -> list[object]:
@@ -52,7 +37,7 @@ def help_text(name: str) -> str:
     """
     out, err = io.StringIO(), io.StringIO()
     before = os.environ.get("COLUMNS")
-    os.environ["COLUMNS"] = _COLUMNS
+    os.environ["COLUMNS"] = str(_COLUMNS)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = main([name, "--help"])
@@ -65,7 +50,7 @@ def help_text(name: str) -> str:
             os.environ["COLUMNS"] = before
     if code:
         raise RuntimeError(f"symdyn {name} --help ends with {code}: {err.getvalue()}")
-    return out.getvalue().rstrip()
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).rstrip()
 
 
 def _index() -> str:

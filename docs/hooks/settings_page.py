@@ -58,32 +58,34 @@ def _section(cls: type, presets: dict[str, Any], path: tuple[str, ...], repeated
         path: where it stands in TrainConfig.
         repeated: whether the class has a section already, so that only what the presets change is shown.
     """
-    name, base = ".".join(path), next(iter(presets))
+    base = next(iter(presets))
+    plain = [f.name for f in fields(cls) if not is_dataclass(getattr(presets[base], f.name))]
+    nested = [f.name for f in fields(cls) if f.name not in plain]
+    code = f"[{cls.__name__}][{cls.__module__}.{cls.__name__}]"
     summary, meanings = _documentation(cls)
-    lines = ["", f"{'#' * min(1 + max(len(path), 1), 4)} {name or 'In general'}", ""]
-    nested = [f for f in fields(cls) if is_dataclass(getattr(presets[base], f.name))]
-    plain = [f for f in fields(cls) if f not in nested]
+    lines = []
     if repeated:
-        lines += [f"The settings of [{cls.__name__}][{cls.__module__}.{cls.__name__}] once more; presets change:", ""]
-        plain = [f for f in plain if _changes(presets, f.name)]
-    else:
-        lines += [f"{summary} ([{cls.__name__}][{cls.__module__}.{cls.__name__}])", ""]
-    headings = ["flag", base, *(["changed by presets"] if len(presets) > 1 else []), "meaning"]
-    rows = []
-    for field in plain:
-        flag = "-".join(f"--{'.'.join((*path, field.name))}".split("_"))
-        changes = "<br>".join(f"{name}: {_text(value)}" for name, value in _changes(presets, field.name).items())
-        meaning = meanings.get(field.name, "").replace("|", "\\|").replace("``", "`")
-        rows.append(
-            [f"`{flag}`", _text(getattr(presets[base], field.name)), *([changes] * (len(presets) > 1)), meaning]
-        )
-    if rows:
-        lines += table(headings, rows)
-    for field in nested:
-        inner = {name: getattr(value, field.name) for name, value in presets.items()}
-        again = field.name == "final"
-        lines += _section(type(inner[base]), inner, (*path, field.name), again)
+        plain = [name for name in plain if _changes(presets, name)]
+        summary = f"The settings of {code} once more, where presets change them."
+    if plain:
+        heading = f"{'#' * min(1 + max(len(path), 1), 4)} {'.'.join(path) or 'In general'}"
+        lines += ["", heading, "", summary if repeated else f"{summary} ({code})", ""]
+        lines += _table(plain, presets, path, meanings)
+    for name in nested:
+        inner = {preset: getattr(value, name) for preset, value in presets.items()}
+        lines += _section(type(inner[base]), inner, (*path, name), repeated=name == "final")
     return lines
+
+
+def _table(names: list[str], presets: dict[str, Any], path: tuple[str, ...], meanings: dict[str, str]) -> list[str]:
+    """Flag, value of the first preset, what others change it to (where there are others), meaning."""
+    base, compared, rows = next(iter(presets)), len(presets) > 1, []
+    for name in names:
+        flag = f"`--{'.'.join((*path, name)).replace('_', '-')}`"
+        changes = [f"{preset}: {_text(value)}" for preset, value in _changes(presets, name).items()]
+        meaning = meanings.get(name, "").replace("|", "\\|").replace("``", "`")
+        rows.append([flag, _text(getattr(presets[base], name)), *(["<br>".join(changes)] * compared), meaning])
+    return table(["flag", base, *(["changed by presets"] * compared), "meaning"], rows)
 
 
 def _changes(presets: dict[str, Any], name: str) -> dict[str, Any]:
