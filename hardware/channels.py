@@ -37,6 +37,9 @@ TICK = "symdyn_tick"
 SESSION = "symdyn_session"
 """In logs only, first: what ran."""
 
+SELF_TEST = "LCM_SELF_TEST"
+"""Of lcm itself, which hears itself on it when it opens a socket."""
+
 MESSAGES: dict[str, type] = {
     JOINTS: leg_control_data_lcmt,
     IMU: state_estimator_lcmt,

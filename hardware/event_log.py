@@ -22,7 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hardware.channels import MESSAGES, decode
+from hardware.channels import MESSAGES, SELF_TEST, decode
 from symdyn.errors import FileProblem
 
 _HEAD = struct.Struct(">IqqII")
@@ -232,7 +232,8 @@ class LogReader:
             )
         if self.skipped:
             found.append(f"The log is damaged: {self.skipped} bytes in its midst are no event and are left out.")
-        unknown = [f"{name} ({count})" for name, count in sorted(self.counts.items()) if name not in MESSAGES]
+        known = {*MESSAGES, SELF_TEST}
+        unknown = [f"{name} ({count})" for name, count in sorted(self.counts.items()) if name not in known]
         if unknown:
             found.append(f"Messages on other channels are left out: {', '.join(unknown)}.")
         return found

@@ -93,9 +93,7 @@ class JoystickConfig:
             if name not in SHOULDERS:
                 raise UnknownName("shoulder button", name, SHOULDERS)
         if len(set(names)) < len(names) or not self.stop:
-            raise InvalidValue(
-                "The shoulder buttons", names, "all different, and one to stop"
-            )
+            raise InvalidValue("The shoulder buttons", names, "all different, and one to stop")
         for name in ("max_speed", "max_lateral_speed", "max_yaw_rate"):
             value = getattr(self, name)
             if not 0.0 <= value <= 5.0:

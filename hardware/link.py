@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import lcm
 
-from hardware.channels import MESSAGES, WrongMessage, decode, encode
+from hardware.channels import SELF_TEST, MESSAGES, WrongMessage, decode, encode
 from symdyn.errors import InvalidValue, ResourceProblem
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
@@ -24,7 +24,6 @@ DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 _POLL_MS = 20
 _QUEUE = 500
-_SELF_TEST = "LCM_SELF_TEST"  # on which lcm hears itself when it opens a socket
 _log = logging.getLogger(__name__)
 
 
@@ -89,7 +88,7 @@ class Link:
             # lcm drops the newest when its queue is full
             subscription.set_queue_capacity(_QUEUE)
         # channels are regular expressions to lcm, matched as a whole
-        self._lcm.subscribe(f"(?!({'|'.join([*MESSAGES, _SELF_TEST])})$).*", self._count_foreign)
+        self._lcm.subscribe(f"(?!({'|'.join([*MESSAGES, SELF_TEST])})$).*", self._count_foreign)
 
     def start(self) -> None:
         """Begin to receive."""

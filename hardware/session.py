@@ -55,9 +55,7 @@ class Session:
         except (ValueError, KeyError, AttributeError) as error:
             raise FileProblem(origin, f"has a head that cannot be read ({error}).") from error
         if version != FORMAT_VERSION:
-            raise FileProblem(
-                origin, f"has a head of format_version {version!r}, not {FORMAT_VERSION}."
-            )
+            raise FileProblem(origin, f"has a head of format_version {version!r}, not {FORMAT_VERSION}.")
         return rebuild(cls, data, origin)
 
 
