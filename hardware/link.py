@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import lcm
 
-from hardware.channels import SELF_TEST, MESSAGES, WrongMessage, decode, encode
+from hardware.channels import MESSAGES, SELF_TEST, WrongMessage, decode, encode
 from symdyn.errors import InvalidValue, ResourceProblem
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
