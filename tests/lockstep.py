@@ -42,4 +42,5 @@ def until(world: Lockstep, state: State, within: float) -> list[Moment]:
         moments.append(moment)
         if moment.tick.state is state:
             return moments
-    raise AssertionError(f"{state} was not reached within {within} s: {moments[-1].tick.state} {moments[-1].tick.fault}")
+    last = moments[-1].tick
+    raise AssertionError(f"{state} was not reached within {within} s: {last.state} {last.fault}")
