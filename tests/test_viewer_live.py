@@ -173,6 +173,15 @@ class TestPush:
         live.step()
         assert past(live, 0.1).mass == live.mass
 
+    def test_what_is_remembered_outlives_a_payload(self, still):
+        live = LiveSimulation(still)
+        run_for(live, 0.2)
+        live.set_world(World(payload=2.0))
+        assert len(past(live, 1.0).contact) == 40
+        run_for(live, 0.1)
+        pose = live.history.pose(live.time)
+        assert pose is not None and pose.time == pytest.approx(live.time)
+
 
 class TestWorld:
     def test_the_ground_bears_the_payload(self, still):
@@ -274,9 +283,6 @@ class TestMixture:
     def test_its_ends_are_the_gaits_themselves(self, first: str, second: str):
         assert Mixture(first, second, 0.0).gait(LIBRARY) is LIBRARY[first]
         assert Mixture(first, second, 1.0).gait(LIBRARY) == (LIBRARY[first] if first == second else LIBRARY[second])
-
-    def test_a_button_keeps_the_other_gait(self):
-        assert Mixture("trot", "bound", 0.4).only("walk") == Mixture("walk", "bound", 0.0)
 
     def test_wrong_names_and_weights(self):
         with pytest.raises(UnknownName, match="troot"):

@@ -201,7 +201,7 @@ class TestReport:
         for stride in (None, last_stride(recording(get("bound"), 0.5))):
             trace = Trace.of(recording(get("trot"), 0.5, dt=DT))
             html = report.page(
-                report.headline("a < b", "c & d"),
+                report.headline(report.readable("trot:bound:0.25"), "a < b & c"),
                 report.notice("<b>"),
                 report.footfalls(trace),
                 report.velocity(trace),
@@ -213,7 +213,7 @@ class TestReport:
                     html.replace("data-report", 'data-report=""').replace("data-notice", 'data-notice=""')
                 ).itertext()
             )
-            assert "a < b" in words and "<b>" in words and "trot + 25% bound" in words
+            assert "trot + 25% bound" in words and "a < b & c" in words and "<b>" in words and "mixture" in words
             assert "nan" not in words and "inf" not in words
 
     @pytest.mark.parametrize(

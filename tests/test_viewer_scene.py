@@ -88,7 +88,7 @@ class TestScene:
         place = np.array([6.3, -4.1, 0.4])
         scene.show(Pose(0.0, place, about_z(0.0), GO2.default_joint_pos, STANDING), 0.0)
         assert not scene._floor.visible
-        seen = np.concatenate([tile.vertices for tile in scene._tiles.values()])
+        seen = np.concatenate([half.vertices for tile in scene._tiles.values() for half in tile])
         np.testing.assert_allclose(seen[:, 2], terrain.height(seen[:, :2].astype(float)), atol=1e-6)
         away = np.linalg.norm(seen[:, :2] - place[:2], axis=1)
         assert away.min() < 0.1 and 4.0 < away.max() < 8.0

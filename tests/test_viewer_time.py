@@ -150,6 +150,13 @@ class TestRunner:
         shown = {round(t / 0.005) for t in seen}
         assert len({k for k in shown if k % 4}) > len(shown) / 2  # most lie within a step
 
+    def test_what_cannot_be_done_is_said_and_all_goes_on(self, runner, caplog):
+        runner.ask(lambda simulation: simulation.command(velocity=(99.0, 0.0, 0.0)))
+        runner.start()
+        until(lambda: runner.simulation.time > 0.1)
+        assert runner.failure is None
+        assert "velocity_x is 99.0" in caplog.text
+
     def test_an_error_of_a_request_ends_it_and_is_kept(self, runner):
         def bad(_: LiveSimulation) -> None:
             raise ZeroDivisionError

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import threading
-from dataclasses import replace
 from html import escape
 
 import viser
 
 from rl.model import DEFAULT_FRICTION
-from rl.viewer.live import BUMPS, LiveSimulation
+from rl.viewer.live import BUMPS, LiveSimulation, World
 from rl.viewer.mixture import Mixture, gaits_of
 from rl.viewer.report import paragraph, readable
 from rl.viewer.runner import Runner
 from symdyn.policy import COMMANDS, Policy
 
 FIRST_SPEED = 0.6
-"""m/s; what the robot is told at the start, where the policy was trained for it."""
+"""m/s; what the robot is told first."""
 
 SLOW_MOTION = {"real time": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 """Simulated seconds for one on the wall, by what the choice is called."""
@@ -68,10 +66,7 @@ class Controls:
         self._runner = runner
         self._policy: Policy = runner.simulation.policy
         self._gaits = gaits_of(self._policy)
-        self._lock = threading.Lock()
-        first = next(iter(self._gaits))
-        second = next((name for name in self._gaits if name != first), first)
-        self._mixture = Mixture(first, second)
+        self._first = next(iter(self._gaits))
         gui = server.gui
         robot = runner.simulation.robot.name.capitalize()
         gui.add_html(paragraph(INTRODUCTION.format(robot=robot, policy=escape(name))))
@@ -88,6 +83,8 @@ class Controls:
             gui.add_markdown(HELP)
         self._tell_gait()
         self._tell_velocity()
+
+    # viser calls back from several threads; what is told is read from the panel then, so that the last call tells all
 
     def _add_time(self, gui: viser.GuiApi) -> None:
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Let time stand still.")
@@ -109,21 +106,21 @@ class Controls:
     def _add_gaits(self, gui: viser.GuiApi) -> None:
         trained = tuple(self._policy.gaits)
         others = tuple(name for name in self._gaits if name not in trained)
-        self._add_buttons(gui, "trained on", trained, "Gaits that the policy was trained on.")
+        self._add_buttons(gui, "trained", trained, "Gaits that the policy was trained on.")
         if others:
-            self._add_buttons(gui, "others", others, "Gaits of the library that the policy never saw: it may stumble.")
+            self._add_buttons(gui, "untrained", others, "Gaits that the policy never saw: it may stumble.")
         names = {readable(name): name for name in self._gaits}
-        second = gui.add_dropdown(
+        self._second = gui.add_dropdown(
             "mix with",
             tuple(names),
-            initial_value=readable(self._mixture.second),
+            initial_value=tuple(names)[min(1, len(names) - 1)],
             hint="Every leg's phase offset goes from that of the chosen gait to that of this one, the shorter way.",
         )
         self._share = gui.add_slider(
             "share", 0.0, 1.0, 0.01, 0.0, hint="0 is the chosen gait alone, 1 the one that is mixed with it."
         )
-        second.on_update(lambda _: self._mix(replace(self._mixture, second=names[second.value])))
-        self._share.on_update(lambda _: self._mix(replace(self._mixture, weight=float(self._share.value))))
+        self._second.on_update(lambda _: self._tell_gait())
+        self._share.on_update(lambda _: self._tell_gait())
 
     def _add_buttons(self, gui: viser.GuiApi, label: str, gaits: tuple[str, ...], hint: str) -> None:
         names = {readable(name): name for name in gaits}
@@ -131,16 +128,12 @@ class Controls:
 
         @buttons.on_click
         def _(_: object) -> None:
-            self._mix(self._mixture.only(names[buttons.value]))
-            self._share.value = 0.0
-
-    def _mix(self, mixture: Mixture) -> None:
-        with self._lock:  # callbacks come from several threads
-            self._mixture = mixture
-            self._tell_gait()
+            self._first = names[buttons.value]
+            self._share.value = 0.0  # which tells the gait
 
     def _tell_gait(self) -> None:
-        gait = self._mixture.gait(self._gaits)
+        second = next(name for name in self._gaits if readable(name) == self._second.value)
+        gait = Mixture(self._first, second, _value(self._share)).gait(self._gaits)
         self._runner.ask(lambda simulation: simulation.command(gait=gait))
 
     def _add_speeds(self, gui: viser.GuiApi) -> None:
@@ -157,7 +150,7 @@ class Controls:
 
     def _tell_velocity(self) -> None:
         ranges = self._policy.metadata.command_range
-        x, y, turn = (float(self._speeds[n].value) if n in self._speeds else ranges[n][0] for n in COMMANDS)
+        x, y, turn = (_value(self._speeds[n]) if n in self._speeds else ranges[n][0] for n in COMMANDS)
         self._runner.ask(lambda simulation: simulation.command(velocity=(x, y, turn)))
 
     def _add_push(self, gui: viser.GuiApi) -> None:
@@ -168,27 +161,41 @@ class Controls:
 
         @buttons.on_click
         def _(_: object) -> None:
-            forward, left = (float(strength.value) * part for part in PUSHES[buttons.value])
+            forward, left = (_value(strength) * part for part in PUSHES[buttons.value])
             self._runner.ask(lambda simulation: simulation.push((forward, left)))
 
     def _add_world(self, gui: viser.GuiApi) -> None:
-        payload = gui.add_slider("payload [kg]", *_PAYLOAD, 0.1, 0.0, hint="Added to the trunk.")
+        payload = gui.add_slider(
+            "payload [kg]", *_PAYLOAD, 0.1, 0.0, hint=f"Added to the trunk{self._trained('added_mass', 1.0)}."
+        )
         friction = gui.add_slider(
-            "friction", *_FRICTION, 0.05, DEFAULT_FRICTION, hint="Of foot on ground; 0.2 is wet ice."
+            "friction",
+            *_FRICTION,
+            0.05,
+            DEFAULT_FRICTION,
+            hint=f"Of foot on ground{self._trained('friction', DEFAULT_FRICTION)}.",
         )
         bumps = gui.add_checkbox(
             "uneven ground",
             False,
             hint=f"Bumps of +-{100.0 * BUMPS.amplitude:g} cm. The policy sees none of it; it learned on flat ground.",
         )
-        payload.on_update(
-            lambda _: self._runner.ask(lambda s: s.set_world(replace(s.world, payload=float(payload.value))))
-        )
-        friction.on_update(
-            lambda _: self._runner.ask(
-                lambda s: s.set_world(replace(s.world, friction=float(friction.value) / DEFAULT_FRICTION))
-            )
-        )
-        bumps.on_update(
-            lambda _: self._runner.ask(lambda s: s.set_world(replace(s.world, terrain=BUMPS if bumps.value else None)))
-        )
+
+        def tell_world(_: object) -> None:
+            terrain = BUMPS if bumps.value else None
+            world = World(_value(payload), _value(friction) / DEFAULT_FRICTION, terrain)
+            self._runner.ask(lambda simulation: simulation.set_world(world))
+
+        for handle in (payload, friction, bumps):
+            handle.on_update(tell_world)
+
+    def _trained(self, name: str, unit: float) -> str:
+        """From where to where a setting of rl.randomization went in training, if the policy file says so."""
+        config = self._policy.metadata.training["config"]
+        bounds = config.get("env", {}).get("randomization", {}).get(name)
+        return f"; in training from {unit * bounds[0]:g} to {unit * bounds[1]:g}" if bounds else ""
+
+
+def _value(slider: viser.GuiSliderHandle[float]) -> float:
+    """Of a slider, within its range: what is typed into the box beside it is not checked."""
+    return min(max(float(slider.value), slider.min), slider.max)

@@ -19,22 +19,25 @@ class History:
         seconds: how far it reaches back, s.
         dt: time between samples, s.
         gravity: m/s^2.
+
+    Attributes:
+        mass: of the robot now, kg.
     """
 
     def __init__(self, seconds: float, dt: float, gravity: float) -> None:
         self._capacity = round(seconds / dt)
         self._dt = dt
         self._gravity = gravity
-        self._mass = 0.0
+        self.mass = 0.0
         self._columns: dict[str, NDArray] = {}
         self._count = 0
         self._lock = threading.Lock()
 
     def restart(self, mass: float) -> None:
-        """Forget everything; from here on the robot weighs ``mass``, kg."""
+        """Forget everything; time begins anew, with a robot of so much mass, kg."""
         with self._lock:
             self._count = 0
-            self._mass = mass
+            self.mass = mass
 
     def append(self, sample: Mapping[str, NDArray]) -> None:
         """Add a sample: the arrays of a recording by name, one robot each, (1, ...)."""
@@ -56,7 +59,7 @@ class History:
             rows = np.arange(self._count - wanted, self._count) % self._capacity
             return Recording(
                 dt=self._dt,
-                mass=self._mass,
+                mass=self.mass,
                 gravity=self._gravity,
                 **{name: column[rows] for name, column in self._columns.items()},
             )

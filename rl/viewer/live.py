@@ -85,7 +85,6 @@ class LiveSimulation:
         gait: commanded.
         velocity: commanded v_x, v_y (m/s) and yaw rate (rad/s).
         world: as it is now.
-        time: since the last start, s.
         fell_at: time of the fall, s, or None.
         falls: how many there were.
         cause: why it was put on its feet the last time.
@@ -143,7 +142,7 @@ class LiveSimulation:
         if ground_changes:
             self._start("ground")
         elif weight_changes:
-            self.history.restart(self.mass)
+            self.history.mass = self.mass
 
     def push(self, momentum_h: tuple[float, float]) -> None:
         """Give the robot a momentum at once, N s forwards and to its left: all of its parts gain the same velocity."""
@@ -175,6 +174,7 @@ class LiveSimulation:
 
     @property
     def time(self) -> float:
+        """Since the last start, s."""
         return self._steps * self.robot.control_dt
 
     def _judge(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.gaits import LIBRARY, Gait
@@ -47,7 +47,3 @@ class Mixture:
         if self.weight == 1.0:
             return known[self.second]
         return known[self.first].towards(known[self.second], self.weight)
-
-    def only(self, name: str) -> Mixture:
-        """One gait alone; the other one stays what it is for a later mixture."""
-        return replace(self, first=name, weight=0.0)

@@ -50,8 +50,8 @@ def footfalls(trace: Trace) -> str:
 def velocity(trace: Trace) -> str:
     """The strip of the forward velocity, with its legend."""
     command = "dashed: command; " if trace.command is not None else ""
-    legend = f"{command}thick: mean of {trace.averaged}"
-    return _part("Velocity [m/s]", legend, strips.velocity(trace))
+    legend = f"{command}thick: {trace.averaged}"
+    return _part("Speed [m/s]", legend, strips.velocity(trace))
 
 
 def timing(policy: Policy, command: float, stride: LastStride | None) -> str:
@@ -67,7 +67,12 @@ def numbers(policy: Policy, gait: str, command: float, stride: LastStride | None
     found = LastStride(NO_GAIT, *(math.nan,) * 5) if stride is None else stride
     gait_found = "-" if found.gait == NO_GAIT else readable(found.gait)
     rows = (
-        ("gait", readable(gait), gait_found, "the library's gait nearest to the touchdowns"),
+        (
+            "gait",
+            "mixture" if ":" in gait else readable(gait),
+            gait_found,
+            "the gait nearest to the touchdowns",
+        ),
         ("speed", f"{command:.2f} m/s", _or_dash(found.speed, ".2f", " m/s"), "mean forward velocity"),
         ("stride period", f"{period:.3f} s", _or_dash(found.period, ".3f", " s"), "from touchdown to touchdown"),
         ("duty factor", f"{duty:.2f}", _or_dash(found.duty, ".2f"), "share of the stride that a foot stands"),
@@ -102,7 +107,7 @@ def _part(title: str, legend: str, content: str) -> str:
 
 
 def _table(head: Iterable[str], rows: Iterable[tuple[str, ...]]) -> str:
-    cell = "padding:0 6px 0 0"
+    cell = "padding:0 6px 0 0;white-space:nowrap"
     top = "".join(f'<td style="{cell};{_SMALL}">{escape(word)}</td>' for word in head)
     body = "".join(
         f'<tr title="{escape(meaning)}">'

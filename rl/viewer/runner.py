@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
@@ -10,6 +11,9 @@ from collections.abc import Callable
 from rl.viewer.live import LiveSimulation
 from rl.viewer.pace import Pace
 from rl.viewer.shown import Pose
+from symdyn.errors import SymdynError
+
+_log = logging.getLogger(__name__)
 
 Request = Callable[[LiveSimulation], object]
 
@@ -46,7 +50,10 @@ class Runner:
             self._thread.join()
 
     def ask(self, request: Request) -> None:
-        """Have something done with the simulation before its next step, in the order of the calls; never waits."""
+        """Have something done with the simulation before its next step, in the order of the calls; never waits.
+
+        If it raises SymdynError, a warning is logged, and all goes on.
+        """
         self._requests.put(request)
 
     @property
@@ -111,6 +118,9 @@ class Runner:
             except queue.Empty:
                 return
             if request is not None:
-                request(self.simulation)
+                try:
+                    request(self.simulation)
+                except SymdynError as error:
+                    _log.warning("Not done: %s", error)
             if self._paused or self._closing or until is None:
                 return

@@ -36,7 +36,8 @@ _LAMP = (1.0, -2.5, 1.8)  # m; on the side from which one looks, where the sun d
 _CELL, _SECTION = 0.25, 1.0  # m between thin and thick lines of the floor
 _TILE = 40  # cells of the height field along the side of a piece of ground that is sent as a whole
 _SIGHT = 5.0  # m around the robot in which uneven ground is shown
-_GROUND = (196, 200, 190)
+_SQUARE = 5  # cells along the side of a square of uneven ground, light or dark: squares show how it is bent
+_LIGHT, _DARK = (214, 216, 208), (176, 182, 172)
 _SKY = (0.90, 0.94, 0.98)
 
 
@@ -61,7 +62,7 @@ class Scene:
         self._sole = float(self._model.geom(foot_site(LEGS[0])).size[0])
         self._follower = Follower()
         self._terrain: Terrain | None = None
-        self._tiles: dict[tuple[int, int], viser.SceneNodeHandle] = {}
+        self._tiles: dict[tuple[int, int], list[viser.MeshHandle]] = {}
         self._surroundings()
         self._world = server.scene.add_frame("/world", show_axes=False)
         self._bodies = self._add_robot()
@@ -119,9 +120,8 @@ class Scene:
             return
         self._terrain = terrain
         self._floor.visible = self._shade.visible = terrain is None
-        for tile in self._tiles.values():
-            tile.remove()
-        self._tiles.clear()
+        for place in list(self._tiles):
+            self._remove_tile(place)
 
     def show(self, pose: Pose, dt: float) -> None:
         """Show a pose; where its place is not known, the lowest foot is put on a flat floor.
@@ -131,6 +131,8 @@ class Scene:
             dt: since the pose before, s of the robot's time.
         """
         at = np.zeros(3) if pose.base_pos_w is None else pose.base_pos_w
+        if not np.isfinite([*at, *pose.base_quat_w, *pose.joint_pos]).all():
+            return  # of a robot that diverged
         data, root = self._data, self._root
         data.qpos[root : root + 3], data.qpos[root + 3 : root + 7] = at, pose.base_quat_w
         data.qpos[self._joints] = pose.joint_pos
@@ -170,18 +172,29 @@ class Scene:
             if 0 <= p < count and 0 <= q < count and math.dist((p + 0.5, q + 0.5), near) * side < _SIGHT
         }
         for gone in self._tiles.keys() - wanted:
-            self._tiles.pop(gone).remove()
+            self._remove_tile(gone)
         for new in wanted - self._tiles.keys():
             self._tiles[new] = self._add_tile(terrain, *new)
 
-    def _add_tile(self, terrain: Terrain, p: int, q: int) -> viser.SceneNodeHandle:
+    def _remove_tile(self, place: tuple[int, int]) -> None:
+        for half in self._tiles.pop(place):
+            half.remove()
+
+    def _add_tile(self, terrain: Terrain, p: int, q: int) -> list[viser.MeshHandle]:
         columns, rows = slice(p * _TILE, (p + 1) * _TILE + 1), slice(q * _TILE, (q + 1) * _TILE + 1)
         x, y = np.meshgrid(terrain.axis[columns], terrain.axis[rows])
         vertices = np.column_stack([x.ravel(), y.ravel(), terrain.heights[rows, columns].ravel()])
         n = _TILE + 1
-        corner = (np.arange(_TILE)[:, None] * n + np.arange(_TILE)).ravel()
+        row, column = np.divmod(np.arange(_TILE**2), _TILE)
+        dark = (row // _SQUARE + column // _SQUARE) % 2 == 1
+        corner = row * n + column
         a, b, c, d = corner, corner + 1, corner + n + 1, corner + n
-        faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-        return self._server.scene.add_mesh_simple(
-            f"/world/ground/{p}_{q}", vertices, faces, color=_GROUND, flat_shading=True, cast_shadow=False
-        )
+        halves = []
+        for name, chosen, colour in (("light", ~dark, _LIGHT), ("dark", dark, _DARK)):
+            faces = np.concatenate([np.column_stack([a, b, c])[chosen], np.column_stack([a, c, d])[chosen]])
+            halves.append(
+                self._server.scene.add_mesh_simple(
+                    f"/world/ground/{p}_{q}_{name}", vertices, faces, color=colour, flat_shading=True, cast_shadow=False
+                )
+            )
+        return halves

@@ -46,7 +46,7 @@ class Trace:
         desired: (S, 4) whether it should, or None if nobody knows.
         command: (S,) commanded forward velocity, m/s, or None if nobody knows.
         changes: samples at which another gait was commanded.
-        averaged: what ``average`` is the mean of, for people.
+        averaged: what ``average`` is, for people.
     """
 
     dt: float
@@ -56,7 +56,7 @@ class Trace:
     desired: NDArray[np.bool_] | None = None
     command: Floats | None = None
     changes: tuple[int, ...] = ()
-    averaged: str = "a stride"
+    averaged: str = "stride mean"
 
     @classmethod
     def of(cls, recording: Recording) -> Trace:
@@ -197,9 +197,13 @@ def _range(values: Floats) -> tuple[float, float]:
     if not len(values):
         return -_LEAST_SPAN / 2.0, _LEAST_SPAN / 2.0
     low, high = math.floor(2.0 * values.min()) / 2.0, math.ceil(2.0 * values.max()) / 2.0
-    if high - low < _LEAST_SPAN:  # towards zero
-        low, high = (low, low + _LEAST_SPAN) if high <= 0.0 else (high - _LEAST_SPAN, high)
-    return low, high
+    if high - low >= _LEAST_SPAN:
+        return low, high
+    if high <= 0.0:  # towards zero, but not beyond
+        high = min(low + _LEAST_SPAN, 0.0)
+        return high - _LEAST_SPAN, high
+    low = max(high - _LEAST_SPAN, min(low, 0.0))
+    return low, low + _LEAST_SPAN
 
 
 def _ticks(low: float, high: float) -> list[float]:

@@ -118,7 +118,7 @@ def _trace(news: list[News]) -> Trace:
     sums, counts = (np.append(0.0, np.cumsum(a)) for a in (np.nan_to_num(speeds), np.isfinite(speeds)))
     summed, counted = sums[at + 1] - sums[since], counts[at + 1] - counts[since]
     average = np.where(counted > 0, summed / np.maximum(counted, 1.0), math.nan)
-    return Trace(_DT, contact, np.where(known, speeds[at], math.nan), average, averaged=f"{_MEAN_S:g} s")
+    return Trace(_DT, contact, np.where(known, speeds[at], math.nan), average, averaged=f"mean of {_MEAN_S:g} s")
 
 
 def _rows(news: News) -> tuple[tuple[str, str, str], ...]:

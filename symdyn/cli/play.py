@@ -198,4 +198,4 @@ def _tell_address(console: Console, host: str, port: int) -> None:
     if not is_loopback(host):
         console.print(f"Whoever reaches port {port} of this computer can see the page and use it.", style="yellow")
     elif "SSH_CONNECTION" in os.environ:
-        console.print(f"From the computer that you sit at: ssh -L {port}:{host}:{port} ... first.", soft_wrap=True)
+        console.print(f"Elsewhere: ssh -L {port}:{host}:{port} to this computer, then the same.", soft_wrap=True)
