@@ -30,7 +30,7 @@ def ask(*first: int | None) -> bool:
         for task in Path("/proc/self/task").iterdir():
             number = int(task.name)
             priority = LOOP_PRIORITY if number in urgent else OTHER_PRIORITY
-            os.sched_setscheduler(number, os.SCHED_FIFO, os.sched_param(priority))
+            os.sched_setscheduler(number, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError:
         return False
     return True
