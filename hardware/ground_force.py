@@ -23,12 +23,17 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from hardware.leg_kinematics import LegKinematics
+from hardware.leg_kinematics import LegKinematics, rotation
 from hardware.readings import Imu, Joints
-from symdyn.frames import projected_gravity
 from symdyn.legs import LEGS
 
 Floats = NDArray[np.float64]
+
+_VERTICAL = 2
+
+_DAMPING = 1e-6 * np.eye(3)
+"""m^2; of least squares (Nakamura and Hanafusa 1986): a straight leg's Jacobian has no inverse, and a bent one's
+singular values are 0.1 m and more."""
 
 
 class GroundForce:
@@ -54,14 +59,15 @@ class GroundForce:
     def update(self, dt: float, imu: Imu, joints: Joints) -> Floats:
         """The vertical force on each foot, (4,) N, upwards positive, in the order of symdyn.legs.LEGS.
 
-        Zero for the first sample. Close to a straight leg it can be large and mean nothing.
+        Zero for the first sample; not to be relied on where a leg is all but straight.
 
         Args:
             dt: since the sample before, s.
             imu: newest.
             joints: newest.
         """
-        if not (dt > 0.0 and imu.finite() and joints.finite()):
+        used = (imu.quat_w, imu.acceleration_b, joints.pos, joints.vel, joints.torque)
+        if not (dt > 0.0 and np.isfinite(np.concatenate(used)).all() and imu.quat_w.any()):
             self.reset()
             return np.zeros(len(LEGS))
         momentum, drive = self._balance(imu, joints)
@@ -71,25 +77,20 @@ class GroundForce:
             now = (momentum - momentum_before) / dt - (drive + drive_before) / 2.0
             self._torque = keep * self._torque + (1.0 - keep) * now
         self._before = momentum, drive
-        up_b = -projected_gravity(imu.quat_w)
+        up_b = rotation(imu.quat_w)[_VERTICAL]
         jacobian = self._kinematics.feet(joints.pos).sole_jacobian_b(up_b)
         by_leg = self._torque[self._kinematics.joints].reshape(len(LEGS), -1, 1)
-        # least squares: a straight leg has no inverse
-        force_b = (np.linalg.pinv(jacobian.transpose(0, 2, 1), rcond=_STRAIGHT) @ by_leg)[:, :, 0]
+        force_b = np.linalg.solve(jacobian @ jacobian.transpose(0, 2, 1) + _DAMPING, jacobian @ by_leg)[:, :, 0]
         return force_b @ up_b
 
     def _balance(self, imu: Imu, joints: Joints) -> tuple[Floats, Floats]:
         """p, and tau + C^T q' - g."""
         model, data, index = self._model, self._data, self._kinematics.joints
-        position, velocity, torque = np.zeros((3, model.nv))
+        position, velocity, torque, none = np.zeros((4, model.nv))
         position[index], velocity[index], torque[index] = joints.pos, joints.vel, joints.torque
         model.gravity.linear = -imu.acceleration_b
-        upper = np.triu(pinocchio.crba(model, data, position))
-        momentum = upper @ velocity + np.triu(upper, 1).T @ velocity
+        gravity = pinocchio.computeGeneralizedGravity(model, data, position).copy()
+        # inverse dynamics at rest, with the velocity for an acceleration, is M q' + g
+        momentum = pinocchio.rnea(model, data, position, none, velocity) - gravity
         coriolis = pinocchio.computeCoriolisMatrix(model, data, position, velocity)
-        gravity = pinocchio.computeGeneralizedGravity(model, data, position)
         return momentum, torque + coriolis.T @ velocity - gravity
-
-
-_STRAIGHT = 1e-3
-"""Ratio of singular values of a leg's Jacobian below which a direction counts as one it cannot push in."""

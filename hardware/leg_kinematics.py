@@ -32,9 +32,9 @@ def skew(vectors: Floats) -> Floats:
     return (vectors @ _LEVI_CIVITA).reshape(*vectors.shape, 3)
 
 
-def cross(a: Floats, b: Floats) -> Floats:
-    """a x b along the last axis, broadcast; np.cross at a fraction of the time."""
-    return (skew(a) @ b[..., None])[..., 0]
+def rotation(quat_w: Floats) -> Floats:
+    """Matrix from body to world, (3, 3), from (4,) w, x, y, z of any length but 0."""
+    return pinocchio.Quaternion(*quat_w.tolist()).normalized().toRotationMatrix()
 
 
 @dataclass(frozen=True, eq=False)

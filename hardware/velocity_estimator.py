@@ -23,9 +23,6 @@ uncertainty counts in d, it cannot shut out all feet for long. In swing w = 0: n
 anywhere.
 """
 
-# pinocchio lies in a folder that its wheel adds to the path at run time, out of pyright's sight
-# pyright: reportMissingImports=false
-
 from __future__ import annotations
 
 import logging
@@ -33,13 +30,11 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-import pinocchio
 from numpy.typing import ArrayLike, NDArray
 
-from hardware.leg_kinematics import LegKinematics, cross
+from hardware.leg_kinematics import LegKinematics, rotation, skew
 from hardware.readings import Imu, Joints
 from symdyn.errors import InvalidValue
-from symdyn.frames import to_heading
 from symdyn.legs import JOINTS, LEGS
 from symdyn.timing import GRAVITY
 
@@ -55,6 +50,7 @@ _FEET = slice(2, _STATES)
 _RELATIVE = np.eye(_STATES)[_FEET]
 _RELATIVE[:, _POS] = -1.0
 """(4, 6): feet relative to the trunk, by the states."""
+_RELATIVE_SQUARED = _RELATIVE.T @ _RELATIVE
 _VERTICAL = 2
 _UP_W = np.array([0.0, 0.0, 1.0])
 
@@ -272,7 +268,7 @@ class VelocityEstimator:
         vector = (information @ self._state[:, :, None])[:, :, 0]
         diagonal = _diagonal(information)
         position = samples / config.foot_position**2
-        information += position * (_RELATIVE.T @ _RELATIVE)
+        information += position * _RELATIVE_SQUARED
         vector += position * (legs.centre_w.T @ _RELATIVE)
         velocity = samples * trust / self._foot_variance[:, None]
         diagonal[:, _VEL] += velocity.sum(axis=1)
@@ -288,13 +284,16 @@ class VelocityEstimator:
 
     def _estimate(self, imu: Imu, legs: _Legs, trust: Floats) -> Estimate:
         velocity_w = self._state[:, _VEL].copy()
-        turn_w = legs.rotation @ imu.angular_velocity_b
-        forward, lateral, _ = to_heading(imu.quat_w, velocity_w)
+        # as symdyn.frames.to_heading, which for one vector takes longer than the rest
+        heading = math.atan2(legs.rotation[1, 0], legs.rotation[0, 0])
+        cos, sin = math.cos(heading), math.sin(heading)
+        x, y, _ = velocity_w.tolist()
+        yaw_rate = float(legs.rotation[_VERTICAL] @ imu.angular_velocity_b)
         return Estimate(
             position_w=self._state[:, _POS].copy(),
             velocity_w=velocity_w,
             velocity_b=velocity_w @ legs.rotation,
-            velocity_h=np.array([forward, lateral, turn_w[_VERTICAL]]),
+            velocity_h=np.array([cos * x + sin * y, cos * y - sin * x, yaw_rate]),
             deviation_w=np.sqrt(self._covariance[:, _VEL, _VEL]),
             trust=trust,
             valid=True,
@@ -321,18 +320,19 @@ class _Legs:
 
     @classmethod
     def of(cls, kinematics: LegKinematics, imu: Imu, joints: Joints) -> _Legs:
-        rotation = pinocchio.Quaternion(*imu.quat_w.tolist()).normalized().toRotationMatrix()
+        attitude = rotation(imu.quat_w)
         feet = kinematics.feet(joints.pos)
         joint_vel = joints.vel.reshape(len(LEGS), -1, 1)
         turn_b = imu.angular_velocity_b
-        swing_b = (feet.centre_jacobian_b @ joint_vel)[:, :, 0] + cross(turn_b, feet.centre_b)
+        # rows times a skew matrix: a x u = -u S(a) = u S(a)^T
+        swing_b = (feet.centre_jacobian_b @ joint_vel)[:, :, 0] - feet.centre_b @ skew(turn_b)
         foot_turn_b = (feet.axes_b @ joint_vel)[:, :, 0] + turn_b
-        rolling_b = feet.radius[:, None] * cross(foot_turn_b, rotation[_VERTICAL])
+        rolling_b = feet.radius[:, None] * (foot_turn_b @ skew(attitude[_VERTICAL]))
         return cls(
-            rotation=rotation,
-            centre_w=feet.centre_b @ rotation.T,
-            rolling_w=rolling_b @ rotation.T,
-            trunk_velocity_w=(rolling_b - swing_b) @ rotation.T,
+            rotation=attitude,
+            centre_w=feet.centre_b @ attitude.T,
+            rolling_w=rolling_b @ attitude.T,
+            trunk_velocity_w=(rolling_b - swing_b) @ attitude.T,
             radius=feet.radius,
         )
 

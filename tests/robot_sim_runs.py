@@ -20,7 +20,7 @@ from symdyn.gaits import get
 from symdyn.legs import LEGS
 from symdyn.policy import Policy
 
-SECONDS, START, RAMP = 6.0, 0.5, 1.0
+SECONDS, START, RAMP = 5.0, 0.3, 1.0
 _EVERY = (2, 3)  # of the robot's 2 ms between samples, in turn: 200 Hz
 
 

@@ -10,9 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import hardware.leg_kinematics
-from hardware.leg_kinematics import JointLimits, LegKinematics, cross, skew
+from hardware.leg_kinematics import JointLimits, LegKinematics, rotation, skew
 from rl.model import foot_site
 from symdyn.errors import FileProblem
 from symdyn.legs import LEG_JOINTS, LEGS
@@ -103,11 +104,15 @@ def test_limits_are_the_urdfs() -> None:
         assert [limits.lower[i], limits.upper[i], limits.velocity[i], limits.torque[i]] == expected
 
 
-def test_cross_is_numpys() -> None:
+def test_skew_is_the_cross_product() -> None:
     a, b = np.random.default_rng(0).normal(size=(2, 5, 4, 3))
-    np.testing.assert_allclose(cross(a, b), np.cross(a, b), atol=1e-14)
-    np.testing.assert_allclose(cross(a, b[0, 0]), np.cross(a, b[0, 0]), atol=1e-14)
-    np.testing.assert_allclose(skew(a) @ a[..., None], 0.0, atol=1e-14)
+    np.testing.assert_allclose((skew(a) @ b[..., None])[..., 0], np.cross(a, b), atol=1e-14)
+    np.testing.assert_allclose(b @ skew(a[0, 0]).T, np.cross(a[0, 0], b), atol=1e-14)
+
+
+def test_rotation_is_scipys() -> None:
+    quat_w = np.random.default_rng(0).normal(size=4)
+    np.testing.assert_allclose(rotation(quat_w), Rotation.from_quat(quat_w, scalar_first=True).as_matrix(), atol=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -178,12 +178,12 @@ def test_a_robot_held_in_the_air_does_not_take_off() -> None:
     hung = walk(Motion(sway=(0.0, 0.0, 0.0), tilt=(0.0, 0.0, 0.0)), 0.1, DT)[-1]
     leaning = replace(hung.imu, acceleration_b=np.array([0.3, 0.0, 9.81]))
     estimator = VelocityEstimator(legs())
-    speeds = [np.linalg.norm(estimator.update(DT, leaning, hung.joints, NONE).velocity_w) for _ in range(2000)]
+    speeds = [np.linalg.norm(estimator.update(DT, leaning, hung.joints, NONE).velocity_w) for _ in range(1000)]
     assert max(speeds) < 0.3 and speeds[-1] < 0.1
     without = VelocityEstimator(legs(), EstimatorConfig(longest_flight=1e6))
-    for _ in range(2000):
+    for _ in range(1000):
         away = without.update(DT, leaning, hung.joints, NONE)
-    assert np.linalg.norm(away.velocity_w) > 2.0  # all but 0.3 m/s^2 for 10 s
+    assert np.linalg.norm(away.velocity_w) > 1.2  # all but 0.3 m/s^2 for 5 s
 
 
 def slipping(samples: Sequence[Sample], leg: str, speed: float) -> list[Sample]:
@@ -368,18 +368,18 @@ def rms(errors: np.ndarray) -> np.ndarray:
     return np.sqrt((errors**2).mean(axis=0))
 
 
-@pytest.mark.parametrize("source", ["force", "torque"])
 @pytest.mark.parametrize("gait", PAPER_GAITS)
-def test_velocity_of_the_simulated_robot(gait: str, source: str) -> None:
+def test_velocity_of_the_simulated_robot(gait: str) -> None:
     """The demand: an RMS error of v_x of at most 0.1 m/s in every gait at 0.8 m/s."""
     run = driven(gait, (0.8, 0.0, 0.0), seed=PAPER_GAITS.index(gait))
-    errors = judged(run, source)[run.running]
-    forward, lateral, yaw_rate, vertical, height = rms(errors)
-    assert forward < 0.1
-    # what it was found to do, half as much again
-    assert forward < 0.065 and lateral < 0.04 and yaw_rate < 0.05 and vertical < 0.08 and height < 0.01
-    strides = np.apply_along_axis(lambda e: np.convolve(e, np.ones(80) / 80, "valid"), 0, errors)  # 0.4 s
-    assert rms(strides)[0] < 0.05
+    for source in ("force", "torque"):
+        errors = judged(run, source)[run.running]
+        forward, lateral, yaw_rate, vertical, height = rms(errors)
+        assert forward < 0.1, source
+        # what it was found to do, half as much again
+        assert forward < 0.065 and lateral < 0.04 and yaw_rate < 0.05 and vertical < 0.08 and height < 0.01, source
+        strides = np.convolve(errors[:, 0], np.ones(80) / 80, "valid")  # 0.4 s
+        assert rms(strides) < 0.05, source
 
 
 @pytest.mark.parametrize(
