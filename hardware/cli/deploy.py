@@ -8,12 +8,13 @@ import logging.handlers
 import os
 import queue
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from hardware.contact_calibration import FootCalibration
 from hardware.deployer import Deployer, Options
 from hardware.display import Display
 from hardware.keyboard import KEYS, Keyboard
@@ -36,6 +37,7 @@ class DeployArguments:
         url: of LCM. ttl=0 stays on this computer; with a bridge on another one, ttl=1. LCM_DEFAULT_URL if not given.
         log: event log to write, for symdyn analyze and symdyn replay.
         dry_run: compute and log, but send nothing to the robot.
+        feet: thresholds of the feet's force sensors, from symdyn calibrate-feet; --contact.thresholds if left out.
         keyboard: keys stand in for the joystick; the list is below.
         realtime: ask for real-time scheduling, which takes root or CAP_SYS_NICE; without it, it runs all the same.
         settings: limits, gains, buttons.
@@ -45,6 +47,7 @@ class DeployArguments:
     url: str | None = None
     log: Path | None = None
     dry_run: bool = False
+    feet: Path | None = None
     keyboard: bool = False
     realtime: bool = True
     settings: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
@@ -70,9 +73,13 @@ def run(arguments: Sequence[str]) -> int:
     log_to(console)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
     policy = Policy.load(args.policy)
+    settings = args.settings
+    if args.feet is not None:
+        thresholds = FootCalibration.load(args.feet).thresholds
+        settings = replace(settings, contact=replace(settings.contact, thresholds=thresholds))
     options = Options(url, args.log, args.dry_run, args.realtime)
-    deployer = Deployer(policy, args.policy, args.settings, options, args.keyboard)
-    keyboard = Keyboard(deployer.link, args.settings.joystick) if args.keyboard else None
+    deployer = Deployer(policy, args.policy, settings, options, args.keyboard)
+    keyboard = Keyboard(deployer.link, settings.joystick) if args.keyboard else None
     console.print(f"{args.policy.name} at {url}" + (", dry run: nothing is sent" if args.dry_run else "."))
     listener = _log_from_a_thread()
     display = Display(deployer, console, args.keyboard)
