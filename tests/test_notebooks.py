@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from lcm_urls import multicast_url
 
 nbformat = pytest.importorskip("nbformat")
 nbclient = pytest.importorskip("nbclient")
@@ -12,14 +13,23 @@ nbclient = pytest.importorskip("nbclient")
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 LONGEST_CELL_S = 600
+BY_THE_CLOCK = "robot_log"
+"""Runs robot and deployer in real time, and so not beside other tests."""
+
+EACH = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.realtime] if path.stem == BY_THE_CLOCK else [])
+    for path in NOTEBOOKS
+]
 
 
 def test_there_are_some():
     assert NOTEBOOKS
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", EACH)
 def test_runs(path, slip_cache, tmp_path):
+    if path.stem == BY_THE_CLOCK:
+        multicast_url()  # skips where there is no multicast
     notebook = nbformat.read(path, as_version=4)
     client = nbclient.NotebookClient(
         notebook, timeout=LONGEST_CELL_S, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}

@@ -39,7 +39,7 @@ def _page_of(path: str) -> str:
         if path == source:
             return name
     if path == "docs/results":
-        return "results/index.md"
+        return "results/files.md"
     if path.startswith("notebooks/") and path.endswith(".ipynb"):
         return path.removesuffix(".ipynb") + ".md"
     return path.removeprefix("docs/")

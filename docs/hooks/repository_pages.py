@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from checkout import ROOT
 
-_RESULTS = "results/index.md"
+_RESULTS = "results/files.md"
 
 
 def pages() -> dict[str, str]:
