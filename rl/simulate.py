@@ -191,7 +191,7 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
         # a robot that fell may be anywhere; its recording has ended, and it must not spoil the others' batch
         seen = (projected_gravity(_numpy(state.base_quat_w)), _numpy(state.joint_pos), _numpy(state.joint_vel))
         targets = driver.act(*(np.nan_to_num(array) for array in seen))
-        physics.set_targets(np.where(np.isfinite(fell_at)[:, None], policy.targets(0.0 * driver.action), targets))
+        physics.set_targets(np.where(np.isfinite(fell_at)[:, None], policy.targets(np.zeros_like(driver.action)), targets))
         for _ in range(physics.substeps):
             physics.substep()
             driver.advance(robot.control_dt / physics.substeps)

@@ -297,7 +297,10 @@ def test_lcm_logger_beside_it_logs_the_same(tmp_path):
     program = shutil.which("lcm-logger", path=Path(sys.executable).parent)
     assert program is not None
     theirs = tmp_path / "theirs.lcmlog"
-    logger = subprocess.Popen([program, "--lcm-url", url, "--flush-interval", "20", theirs], stdout=subprocess.DEVNULL)
+    # a session of its own: the program is a script that starts another, and both are to be ended; by SIGTERM, since SIGINT
+    # is ignored by what a shell starts in the background
+    command = [program, "--lcm-url", url, "--flush-interval", "20", theirs]
+    logger = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
     try:
         with LogWriter(tmp_path / "ours.lcmlog") as log:
             link = Link(url, [JOINTS], lambda channel, data, when, _: log.append(channel, data, when))
@@ -308,7 +311,7 @@ def test_lcm_logger_beside_it_logs_the_same(tmp_path):
             _send_until(sender, first, lambda: max(_ids(theirs)) > last and link.latest(JOINTS).message.id > last)
             link.close()
     finally:
-        logger.send_signal(signal.SIGINT)
+        os.killpg(logger.pid, signal.SIGTERM)
         logger.wait(timeout=30)
 
     def told(path: Path) -> dict[int, tuple[float, bytes]]:
