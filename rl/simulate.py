@@ -181,6 +181,7 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
     driver = PolicyDriver(policy, [np.random.default_rng(script.seed).random() for script in scripts])
     commands = _Commands(scripts, driver)
     steps = round(max(script.duration for script in scripts) / robot.control_dt)
+    at_rest = policy.targets(np.zeros_like(driver.action))
     samples: list[dict[str, NDArray]] = []
     fell_at = np.full(n, np.inf)
     limits = TerminationConfig()
@@ -191,7 +192,7 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
         # a robot that fell may be anywhere; its recording has ended, and it must not spoil the others' batch
         seen = (projected_gravity(_numpy(state.base_quat_w)), _numpy(state.joint_pos), _numpy(state.joint_vel))
         targets = driver.act(*(np.nan_to_num(array) for array in seen))
-        physics.set_targets(np.where(np.isfinite(fell_at)[:, None], policy.targets(np.zeros_like(driver.action)), targets))
+        physics.set_targets(np.where(np.isfinite(fell_at)[:, None], at_rest, targets))
         for _ in range(physics.substeps):
             physics.substep()
             driver.advance(robot.control_dt / physics.substeps)

@@ -297,8 +297,8 @@ def test_lcm_logger_beside_it_logs_the_same(tmp_path):
     program = shutil.which("lcm-logger", path=Path(sys.executable).parent)
     assert program is not None
     theirs = tmp_path / "theirs.lcmlog"
-    # a session of its own: the program is a script that starts another, and both are to be ended; by SIGTERM, since SIGINT
-    # is ignored by what a shell starts in the background
+    # a session of its own: the program is a script that starts another, and both are to be ended; by SIGTERM, since
+    # SIGINT is ignored by what a shell starts in the background
     command = [program, "--lcm-url", url, "--flush-interval", "20", theirs]
     logger = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
     try:
