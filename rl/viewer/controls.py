@@ -129,7 +129,8 @@ class Controls:
         @buttons.on_click
         def _(_: object) -> None:
             self._first = names[buttons.value]
-            self._share.value = 0.0  # which tells the gait
+            self._share.value = 0.0
+            self._tell_gait()  # viser does not call back for a value that stays the same
 
     def _tell_gait(self) -> None:
         second = next(name for name in self._gaits if readable(name) == self._second.value)
