@@ -1,13 +1,14 @@
 """``python -m benchmarks.fault_matrix``: every fault, in Stand and in Run, by many seeds: how soon, what came of it.
 
 What goes wrong on the robot's side runs in lock-step on a simulated clock (hardware.robot_sim.lockstep), so that seeds
-can be repeated; what happens to the deployer as a process (signals, SIGKILL, a hang) runs as real processes over LCM.
+can be repeated; what happens to the deployer (signals, SIGKILL, a hang, defects) runs as real processes over LCM.
 """
 
 from __future__ import annotations
 
 import logging
 import os
+import re
 import signal
 import time
 from collections import Counter
@@ -21,7 +22,8 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
-from benchmarks.robot_processes import QUICK_STAND, hearing, process
+from benchmarks.broken_deployer import DEFECTS
+from benchmarks.robot_processes import QUICK_STAND, Command, hearing, process
 from hardware.controller import Controller, State
 from hardware.robot_sim.faults import FAULTS
 from hardware.robot_sim.lockstep import Lockstep, Moment
@@ -43,9 +45,12 @@ _QUICK = StandConfig(rise_s=0.8, ramp_s=0.2, settle_s=0.2, wiggle_s=0.1)
 _SIGNALS = {
     "SIGINT": signal.SIGINT,
     "SIGTERM": signal.SIGTERM,
-    "SIGKILL (watchdog)": signal.SIGKILL,
-    "hang: SIGSTOP (watchdog)": signal.SIGSTOP,
+    "SIGKILL": signal.SIGKILL,
+    "SIGSTOP": signal.SIGSTOP,
 }
+_WATCHDOG_KILLED = "watchdog_killed"
+_ANSWERED_BY_WATCHDOG = ("SIGKILL", "SIGSTOP")
+_ONLY_IN_RUN = ("policy_raises", "policy_not_finite")
 
 
 @dataclass(frozen=True)
@@ -70,15 +75,19 @@ def main() -> None:
     args = tyro.cli(Arguments, prog="python -m benchmarks.fault_matrix")
     console = make_console()
     cases = [case for case in product(FAULTS, _STATES, range(args.seeds)) if not args.only or case[0] in args.only]
-    signals = [case for case in product(_SIGNALS, _STATES, range(args.seeds)) if not args.only or case[0] in args.only]
+    of_deployer = [
+        case
+        for case in product((*_SIGNALS, _WATCHDOG_KILLED, *DEFECTS), _STATES, range(args.seeds))
+        if (not args.only or case[0] in args.only) and not (case[0] in _ONLY_IN_RUN and case[1] == "stand")
+    ]
     rows = []
     with Progress(console=console) as progress, ProcessPoolExecutor(args.jobs) as pool:
         task = progress.add_task("faults of the robot", total=len(cases))
         for row in pool.map(_in_lockstep, cases):
             rows.append(row)
             progress.advance(task)
-        task = progress.add_task("faults of the deployer", total=len(signals))
-        for row in map(_as_processes, signals):
+        task = progress.add_task("faults of the deployer", total=len(of_deployer))
+        for row in map(_as_processes, of_deployer):
             rows.append(row)
             progress.advance(task)
     write_json(args.out / "fault_matrix.json", rows)
@@ -120,43 +129,71 @@ def _as_processes(case: tuple[str, Since, int]) -> dict[str, Any]:
     url = f"udpm://239.255.76.67:{_PORT + seed}?ttl=0"
     wait = float(np.random.default_rng(seed).uniform(0.05, 1.0))
     wanted = {"stand": "standing", "run": "running"}[since]
+    options = (policy_path(), "--url", url, *QUICK_STAND)
     with (
         process("robot-sim", "--url", url, "--scenario", "run", "--seed", seed),
-        process("deploy", policy_path(), "--url", url, *QUICK_STAND) as deployer,
+        process(name, *options, module="benchmarks.broken_deployer")
+        if name in DEFECTS
+        else process("deploy", *options) as deployer,
         hearing(url) as ear,
     ):
         until = time.monotonic() + _PATIENCE_S
         while ear.mode != wanted and time.monotonic() < until:
             time.sleep(0.002)
         time.sleep(wait)
+        guard = deployer.guard()
         began = time.monotonic()
-        deployer.process.send_signal(_SIGNALS[name])
+        if name == _WATCHDOG_KILLED:
+            os.kill(guard, signal.SIGKILL)
+        else:
+            deployer.process.send_signal(_SIGNALS.get(name, signal.SIGUSR1))
         time.sleep(_AFTER_S)
         heard = [(at, targets) for at, targets in ear.targets if at >= began]
+        if name in _ANSWERED_BY_WATCHDOG:
+            struck = "the watchdog damps"
+            os.kill(guard, signal.SIGKILL)
+        else:
+            struck = _damped_for(deployer, told=name in _SIGNALS)
     damped = [at for at, targets in heard if not targets.kp.any()]
     stiff = [at for at, targets in heard if targets.kp.any() and damped and at > damped[0]]
     return {
-        "fault": name, "state": since, "seed": seed, "at_s": wait, "struck": "damping" if damped else None,
+        "fault": name, "state": since, "seed": seed, "at_s": wait, "struck": struck if damped else None,
         "reaction_ms": 1e3 * (damped[0] - began) if damped else None,
         "longest_gap_ms": 1e3 * ear.longest_gap(began), "stiff_after": len(stiff),
     }  # fmt: skip
 
 
+def _damped_for(deployer: Command, told: bool) -> str | None:
+    """End a deployer that damps, ``told`` to by a signal or not; the fault that it names."""
+    for _ in range(1 if told else 2):
+        deployer.process.send_signal(signal.SIGTERM)
+        time.sleep(0.2)
+    _, words = deployer.ends(10.0)
+    found = re.search(r"Damped for: (\w+)", words)
+    return None if found is None else found[1]
+
+
 def _markdown(rows: list[dict[str, Any]]) -> str:
+    head = ["what goes wrong", "in Stand", "ms", "in Run", "ms"]
     lines = []
     for name in dict.fromkeys(row["fault"] for row in rows):
+        cells = [f"`{name}`"]
         for state in _STATES:
             its = [row for row in rows if row["fault"] == name and row["state"] == state]
-            if not its:
-                continue
-            struck = Counter(row["struck"] or "none" for row in its)
+            answers = Counter(row["struck"] or "-" for row in its)
             reactions = [row["reaction_ms"] for row in its if row["reaction_ms"] is not None]
-            times = f"{np.median(reactions):.0f} / {max(reactions):.0f}" if reactions else "-"
-            bad = sum(any(row.get(key) for key in _BAD) for row in its)
-            answer = ", ".join(f"{key} {count}" for key, count in struck.most_common())
-            lines.append([name, state, str(len(its)), answer, times, str(bad)])
-    head = ["what goes wrong", "in", "seeds", "answer", "ms to the first damping, median / worst", "outside limits"]
-    return "\n".join(table(head, lines)) + "\n"
+            cells.append(", ".join(f"{answer} {count}" for answer, count in answers.most_common()) or "does not arise")
+            cells.append(f"{np.median(reactions):.0f} / {max(reactions):.0f}" if reactions else "")
+        lines.append(cells)
+    outside = sum(any(row.get(key) for key in _BAD) for row in rows)
+    gap = max((row["longest_gap_ms"] for row in rows if "longest_gap_ms" in row), default=None)
+    told = f"{len(rows)} trials; in {outside} of them a target outside the limits, a silent tick, or a stiff target"
+    told += (
+        " after the damping."
+        if gap is None
+        else f" after the damping; longest silence between processes was {gap:.0f} ms."
+    )
+    return "\n".join([*table(head, lines), "", told]) + "\n"
 
 
 if __name__ == "__main__":

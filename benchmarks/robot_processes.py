@@ -25,18 +25,21 @@ QUICK_STAND = (
 
 
 class Command:
-    """A command of symdyn as a process. Its words go to a file, which a watchdog that outlives it may hold open."""
+    """A command as a process. Its words go to a file, which a watchdog that outlives it may hold open."""
 
-    def __init__(self, arguments: Sequence[object]) -> None:
+    def __init__(self, arguments: Sequence[object], module: str = "symdyn") -> None:
         self._words = tempfile.TemporaryFile("w+")  # noqa: SIM115
-        command = [sys.executable, "-m", "symdyn", *map(str, arguments)]
+        command = [sys.executable, "-m", module, *map(str, arguments)]
         self.process = subprocess.Popen(command, stdout=self._words, stderr=subprocess.STDOUT)
 
     def ends(self, within: float) -> tuple[int, str]:
         """Wait for its end: the exit code and what it said."""
-        code = self.process.wait(within)
-        self._words.seek(0)
-        return code, self._words.read()
+        return self.process.wait(within), self.words()
+
+    def words(self) -> str:
+        """What it has said so far."""
+        with Path(f"/proc/self/fd/{self._words.fileno()}").open() as again:  # from the start, at a place of its own
+            return again.read()
 
     def guard(self) -> int:
         """Its watchdog's process number."""
@@ -45,9 +48,9 @@ class Command:
 
 
 @contextmanager
-def process(*arguments: object) -> Iterator[Command]:
+def process(*arguments: object, module: str = "symdyn") -> Iterator[Command]:
     """A command, killed with its watchdog if they are still there at the end."""
-    its = Command(arguments)
+    its = Command(arguments, module)
     try:
         yield its
     finally:

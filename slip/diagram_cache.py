@@ -5,12 +5,14 @@ They lie in the user's cache folder: ``$SYMDYN_CACHE``, else ``$XDG_CACHE_HOME/s
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import hashlib
 import json
 import logging
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -43,7 +45,7 @@ def explored(
     cache: bool = True,
     report: Report = lambda _what, _count: None,
 ) -> Diagram:
-    """The diagram of a model, from the cache if it is there.
+    """The diagram of a model, from the cache if it is there. Of processes that want the same one, one explores.
 
     Args:
         parameters: of the model.
@@ -53,19 +55,35 @@ def explored(
         report: told what is being done.
     """
     config = config or ExploreConfig()
+    if not cache:
+        return explore(parameters, config, report)
     folder = cache_folder() / "families" / key(parameters, config)
-    if cache and folder.is_dir():
-        try:
-            return load(folder)
-        except FileProblem as problem:
-            _log.warning("The cached families cannot be read and are explored anew. %s", problem)
-    diagram = explore(parameters, config, report)
-    if cache:
+    with _alone(folder.with_suffix(".lock")):
+        if folder.is_dir():
+            try:
+                return load(folder)
+            except FileProblem as problem:
+                _log.warning("The cached families cannot be read and are explored anew. %s", problem)
+        diagram = explore(parameters, config, report)
         try:
             save(diagram, folder)
         except FileProblem as problem:
             _log.warning("The families are not kept. %s", problem)
-    return diagram
+        return diagram
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """One process at a time, as far as the file can be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        stream = path.open("w")
+    except OSError:
+        yield
+        return
+    with stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)  # ends with the file or the process
+        yield
 
 
 def key(parameters: SlipParameters, config: ExploreConfig) -> str:

@@ -64,7 +64,7 @@ def integrate(
             length = duration - done
         end, error5, error3, stages = step(state, contact, parameters, length)
         error = _error_norm(error5[:, 0], error3[:, 0], tolerance * (1.0 + np.abs(state)))
-        if not np.isfinite(error) or len(starts) > _MAX_STEPS:
+        if not math.isfinite(error) or len(starts) > _MAX_STEPS:
             raise IntegrationFailure("the motion left the model's domain (a leg lies flat, or the numbers overflow)")
         growth = _MAX_GROWTH if error == 0.0 else min(_MAX_GROWTH, _SAFETY * error**_ERROR_EXPONENT)
         if error > 1.0:
@@ -84,10 +84,10 @@ def integrate(
 
 def _error_norm(error5: Vector, error3: Vector, scale: Vector) -> float:
     # the estimate of DOP853: Hairer, Norsett & Wanner (1993), II.10
-    five, three = float(np.sum((error5 / scale) ** 2)), float(np.sum((error3 / scale) ** 2))
+    five, three = (float(error @ error) for error in (error5 / scale, error3 / scale))
     if five == 0.0 and three == 0.0:
         return 0.0
-    return five / np.sqrt((five + 0.01 * three) * scale.size)
+    return five / math.sqrt((five + 0.01 * three) * scale.size)
 
 
 def step_derivatives(

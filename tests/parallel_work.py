@@ -1,6 +1,6 @@
 """Work on cells for tests/test_parallel.py: at the top of a module, since it travels to other processes.
 
-Run as a program, it does twelve slow cells in the folder of its argument, to be killed.
+Run as a program, it does forty slow cells in the folder of its argument, to be killed.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def die(cell: dict[str, Any]) -> dict[str, Any]:
 
 
 def slow_cells(folder: Path) -> dict[str, dict[str, Any]]:
-    """Twelve cells that log their work; none of those that fail."""
-    return {f"x{i}": {"x": i, "log": str(folder / "log.txt")} for i in range(10, 22)}
+    """Forty cells that log their work; none of those that fail."""
+    return {f"x{i}": {"x": i, "log": str(folder / "log.txt")} for i in range(10, 50)}
 
 
 if __name__ == "__main__":

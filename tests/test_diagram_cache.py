@@ -1,5 +1,8 @@
+import multiprocessing
+import os
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -49,6 +52,26 @@ def test_other_parameters_and_other_settings_are_other_diagrams(explorations):
     explored(REFERENCE, ExploreConfig(steps=StepConfig(max_speed=7.0)))
     explored(REFERENCE, ExploreConfig(trot=False))
     assert len(explorations) == 4
+
+
+def test_processes_that_want_the_same_explore_it_once(monkeypatch, tmp_path):
+    monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path / "cache"))
+    began = multiprocessing.get_context("fork").Queue()
+
+    def explore(parameters, config, report):
+        began.put(os.getpid())
+        time.sleep(0.5)
+        return diagram(parameters)
+
+    monkeypatch.setattr(diagram_cache, "explore", explore)
+    processes = [multiprocessing.get_context("fork").Process(target=explored, args=(REFERENCE,)) for _ in range(3)]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join(60.0)
+    assert [process.exitcode for process in processes] == [0, 0, 0]
+    assert began.get(timeout=10.0) in {process.pid for process in processes}
+    assert began.empty()
 
 
 def test_without_cache(explorations, tmp_path):

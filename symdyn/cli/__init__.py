@@ -27,12 +27,14 @@ class Command:
         extra: the extra of the distribution that brings its packages, or None.
         summary: one line.
         example: how one would call it.
+        names: where its first argument's names are, ``module:attribute``, for the shell to complete; or None.
     """
 
     module: str
     extra: str | None
     summary: str
     example: str
+    names: str | None = None
 
 
 GROUPS: dict[str, dict[str, Command]] = {
@@ -42,6 +44,7 @@ GROUPS: dict[str, dict[str, Command]] = {
             None,
             "the gait library: offsets, symmetry class, timing, footfalls",
             "symdyn gaits rotary_gallop --speed 1.0",
+            names="symdyn.gaits:LIBRARY",
         ),
         "symmetry": Command(
             "slip.cli.symmetry",
@@ -99,6 +102,7 @@ GROUPS: dict[str, dict[str, Command]] = {
             "rl",
             "the experiments of the paper's Results section, each with figures and a table paper against ours",
             "symdyn experiment velocity gaits --out out/experiments",
+            names="rl.experiments.catalogue:EXPERIMENTS",
         ),
         "record": Command(
             "rl.cli.record",
@@ -149,6 +153,14 @@ GROUPS: dict[str, dict[str, Command]] = {
             "hardware",
             "a log once more through the controller, which must do the same",
             "symdyn replay run.lcmlog",
+        ),
+    },
+    "Type less": {
+        "completion": Command(
+            "symdyn.cli.completion",
+            None,
+            "a script with which the Tab key completes commands and options, for bash, zsh or fish",
+            "symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn",
         ),
     },
 }

@@ -128,9 +128,7 @@ def test_help_names_every_command_and_imports_nothing_heavy():
     shown = symdyn("--help")
     assert shown.returncode == 0
     for name in ("gaits", "train", "export", "evaluate", "experiment", "record", "demo"):
-        assert f"  {name}" in shown.stdout
-        explained = symdyn(name, "--help")
-        assert explained.returncode == 0, explained.stderr
+        assert f"  {name}" in shown.stdout  # each one's own --help: tests/test_docs.py
     code = "import sys, symdyn.cli; symdyn.cli.main(['--help']); print(sorted(set(sys.modules) & {'numpy', 'torch'}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith("[]\n")

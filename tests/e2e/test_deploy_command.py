@@ -22,6 +22,7 @@ from symdyn.gaits import PAPER_GAITS
 from symdyn.policy import METADATA_KEY
 
 PATIENCE = 60.0  # s; for a busy machine
+FORGIVING = ("--safety.overruns", "20")  # where a busy machine is not what is tested
 REACTION_S = 0.2  # s; the figures are in docs/robot.md, this only tells "at once" from "not at once" on a busy machine
 WATCHDOG_S = 0.3
 
@@ -37,7 +38,7 @@ def test_the_papers_experiment_its_log_and_its_replay(tmp_path: Path) -> None:
     url, log, out = multicast_url(), tmp_path / "run.lcmlog", tmp_path / "sim.json"
     with (
         process("robot-sim", "--url", url, "--scenario", "paper", "--out", out) as robot,
-        process("deploy", policy_path(), "--url", url, "--log", log) as deployer,
+        process("deploy", policy_path(), "--url", url, "--log", log, *FORGIVING) as deployer,
     ):
         robot.ends(within=150.0)
         deployer.process.send_signal(signal.SIGINT)
@@ -69,12 +70,12 @@ def running(mode: str) -> Iterator[tuple[Command, Ear]]:
     url = multicast_url()
     with (
         process("robot-sim", "--url", url, "--scenario", "run") as robot,
-        process("deploy", policy_path(), "--url", url, *QUICK_STAND) as deployer,
+        process("deploy", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING) as deployer,
         hearing(url) as ear,
     ):
         wait_for(lambda: ear.mode == mode, mode)
         time.sleep(0.5)
-        assert ear.mode == mode
+        assert ear.mode == mode, deployer.words()
         assert robot.process.poll() is None
         yield deployer, ear
 
@@ -124,7 +125,7 @@ def test_a_robot_that_falls_silent_is_damped_in_time(tmp_path: Path) -> None:
     fault = ("--fault", "silent", "--fault-at", 1.0, "--fault-since", "run")
     with (
         process("robot-sim", "--url", url, *fault, "--out", out) as robot,
-        process("deploy", policy_path(), "--url", url, *QUICK_STAND) as deployer,
+        process("deploy", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING) as deployer,
         hearing(url) as ear,
     ):
         wait_for(lambda: ear.mode == "running", "running")
