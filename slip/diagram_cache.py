@@ -1,4 +1,4 @@
-"""Diagrams that were explored before, by parameters: exploring takes a minute, loading none.
+"""Diagrams that were explored before, by parameters: exploring takes minutes, loading none.
 
 They lie in the user's cache folder: ``$SYMDYN_CACHE``, else ``$XDG_CACHE_HOME/symdyn``, else ``~/.cache/symdyn``.
 """

@@ -19,5 +19,5 @@ def explore_with_progress(
             parameters,
             config,
             cache,
-            lambda what, count: status.update(f"Tracing {what}: {count} orbits so far (a minute or two)"),
+            lambda what, count: status.update(f"Tracing {what}: {count} orbits so far (one to three minutes)"),
         )
