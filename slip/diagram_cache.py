@@ -1,6 +1,7 @@
 """Diagrams that were explored before, by parameters: exploring takes minutes, loading none.
 
 They lie in the user's cache folder: ``$SYMDYN_CACHE``, else ``$XDG_CACHE_HOME/symdyn``, else ``~/.cache/symdyn``.
+Some come with symdyn (:mod:`slip.shipped`).
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from slip.store import load, save
 from symdyn.errors import FileProblem
 
 _IMPORT = re.compile(r"^\s*(?:from|import) slip(?:\.| import )(\w+)", re.MULTILINE)
+
+SHIPPED = Path(__file__).parent / "data" / "families"
+"""Where those are that come with symdyn."""
 
 Report = Callable[[str, int], None]
 
@@ -50,14 +54,17 @@ def explored(
     Args:
         parameters: of the model.
         config: what to look for.
-        cache: whether to look into the cache, and to keep the diagram there. A cache that cannot be read or written is
-            no error: the diagram is explored anew.
+        cache: whether to take what comes with symdyn or is in the cache, and to keep the diagram there. A cache that
+            cannot be read or written is no error: the diagram is explored anew.
         report: told what is being done.
     """
     config = config or ExploreConfig()
     if not cache:
         return explore(parameters, config, report)
-    folder = cache_folder() / "families" / key(parameters, config)
+    name = key(parameters, config)
+    if (SHIPPED / name).is_dir():
+        return load(SHIPPED / name)
+    folder = cache_folder() / "families" / name
     with _alone(folder.with_suffix(".lock")):
         if folder.is_dir():
             try:

@@ -11,9 +11,10 @@ from slip_orbits import orbit
 from slip import diagram_cache
 from slip.branch import Branch, Diagram, Junction
 from slip.continuation import StepConfig
-from slip.diagram_cache import cache_folder, explored, key, solver_modules
+from slip.diagram_cache import SHIPPED, cache_folder, explored, key, solver_modules
 from slip.families import ExploreConfig
 from slip.parameters import REFERENCE, SlipParameters
+from slip.shipped import wanted
 
 
 def diagram(parameters=REFERENCE) -> Diagram:
@@ -33,6 +34,7 @@ def explorations(monkeypatch, tmp_path):
         return diagram(parameters)
 
     monkeypatch.setattr(diagram_cache, "explore", explore)
+    monkeypatch.setattr(diagram_cache, "SHIPPED", tmp_path / "none")
     monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path / "cache"))
     return calls
 
@@ -56,6 +58,7 @@ def test_other_parameters_and_other_settings_are_other_diagrams(explorations):
 
 def test_processes_that_want_the_same_explore_it_once(monkeypatch, tmp_path):
     monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(diagram_cache, "SHIPPED", tmp_path / "none")
     began = multiprocessing.get_context("fork").Queue()
 
     def explore(parameters, config, report):
@@ -123,3 +126,17 @@ def test_key_depends_on_the_solver(monkeypatch):
     assert before == key(SlipParameters(), ExploreConfig())
     monkeypatch.setattr(diagram_cache, "_solver", lambda: "changed")
     assert key(REFERENCE, ExploreConfig()) != before
+
+
+def test_what_comes_along_was_explored_by_this_solver():
+    there = {folder.name for folder in SHIPPED.iterdir()}
+    assert there == set(wanted()), "the solver has changed: python -m slip.shipped"
+
+
+def test_what_comes_along_is_taken_without_a_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path / "cache"))
+    for parameters, config in wanted().values():
+        found = explored(parameters, config)
+        assert found.parameters == parameters
+        assert len(found.branches) > 2
+    assert not (tmp_path / "cache").exists()
