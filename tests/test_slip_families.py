@@ -212,7 +212,6 @@ def test_a_torso_that_is_not_symmetric() -> None:
     found = explore(p, ExploreConfig(steps=StepConfig(most=40, max_speed=4.0), trot=False, seeds=0))
     assert "PK" in found.missing
     assert {b.family for b in found.branches} & {"BG", "BE"}
-    assert "lost" in found.missing["BE"]
     for along in found.branches:
         assert along.confirmed.max() < 1e-8
         assert along.orbit(0).residual_norm < 1e-10
