@@ -52,7 +52,9 @@ def test_the_papers_experiment_its_log_and_its_replay(tmp_path: Path) -> None:
     assert analysed.returncode == 0, analysed.stderr
     assert (tmp_path / "report" / "report.md").is_file()
     metrics = json.loads((tmp_path / "report" / "metrics.json").read_text())
-    segments = [segment for segment in metrics["segments"] if segment["command"][0] == pytest.approx(0.8)]
+    # a stall of the machine cuts a segment in two, and of a short one there are no metrics
+    told = [segment for segment in metrics["segments"] if segment["truth"] is not None]
+    segments = [segment for segment in told if segment["command"][0] == pytest.approx(0.8)]
     assert {segment["gait"].removesuffix("_mirrored") for segment in segments} == set(PAPER_GAITS)
     for segment in segments:
         # 0.03 to 0.06 on a quiet machine; the policy's own evaluation at this speed has 0.04
