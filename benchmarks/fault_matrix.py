@@ -12,7 +12,7 @@ import re
 import signal
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -31,10 +31,12 @@ from hardware.robot_sim.rig import PlannedFault, Rig, Since
 from hardware.robot_sim.scenarios import get_scenario
 from hardware.settings import Settings, StandConfig
 from rl.pretrained import policy_path
+from slip.parallel import Outcome, Workers, run_cells
 from symdyn.cli.robot_sim import go2
 from symdyn.console import make_console
 from symdyn.files import write_json, write_text
 from symdyn.markdown import table
+from symdyn.origin import commit
 from symdyn.policy import Policy
 
 _STATES: tuple[Since, Since] = ("stand", "run")
@@ -49,54 +51,69 @@ _SIGNALS = {
     "SIGSTOP": signal.SIGSTOP,
 }
 _WATCHDOG_KILLED = "watchdog_killed"
+_OF_DEPLOYER = (*_SIGNALS, _WATCHDOG_KILLED, *DEFECTS)
 _ANSWERED_BY_WATCHDOG = ("SIGKILL", "SIGSTOP")
 _ONLY_IN_RUN = ("policy_raises", "policy_not_finite")
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Try every fault. Half an hour on two cores with ten seeds; run nothing beside it.
+    """Try every fault. Three quarters of an hour on two cores with ten seeds; run nothing beside it.
+
+    Called again with the same code it goes on where it was interrupted, or adds seeds and faults to what is there.
 
     Attributes:
-        out: directory of fault_matrix.json and fault_matrix.md.
+        out: directory of fault_matrix.json, fault_matrix.md and the trials.
         seeds: of each fault in each state; a seed decides the moment, too.
         only: names of faults; all if left out.
-        jobs: processes.
+        jobs: processes; 0 takes every processor.
     """
 
     out: Path = Path("out/faults")
     seeds: int = 10
     only: tuple[str, ...] = ()
-    jobs: int = os.cpu_count() or 1
+    jobs: int = 0
 
 
 def main() -> None:
-    """Run all and write the table."""
+    """Run what is left and write the table."""
     args = tyro.cli(Arguments, prog="python -m benchmarks.fault_matrix")
     console = make_console()
-    cases = [case for case in product(FAULTS, _STATES, range(args.seeds)) if not args.only or case[0] in args.only]
-    of_deployer = [
-        case
-        for case in product((*_SIGNALS, _WATCHDOG_KILLED, *DEFECTS), _STATES, range(args.seeds))
-        if (not args.only or case[0] in args.only) and not (case[0] in _ONLY_IN_RUN and case[1] == "stand")
-    ]
-    rows = []
-    with Progress(console=console) as progress, ProcessPoolExecutor(args.jobs) as pool:
-        task = progress.add_task("faults of the robot", total=len(cases))
-        for row in pool.map(_in_lockstep, cases):
-            rows.append(row)
-            progress.advance(task)
-        task = progress.add_task("faults of the deployer", total=len(of_deployer))
-        for row in map(_as_processes, of_deployer):
-            rows.append(row)
-            progress.advance(task)
+    settings = {"work": "python -m benchmarks.fault_matrix", "commit": commit()}
+    found: list[Outcome] = []
+    with Progress(console=console) as progress:
+        for what, faults, trial, workers in (
+            ("faults of the robot", tuple(FAULTS), _in_lockstep, Workers(args.jobs)),
+            ("faults of the deployer", _OF_DEPLOYER, _as_processes, Workers(1)),  # they need the processors
+        ):
+            task = progress.add_task(what, total=None)
+            cells = {f"{c['fault']}-{c['state']}-{c['seed']}": c for c in _cells(faults, args)}
+            found += run_cells(
+                trial,
+                cells,
+                args.out,
+                settings,
+                workers,
+                retry_failed=True,
+                on_progress=lambda done, total, task=task: progress.update(task, completed=done, total=total),
+            ).values()
+    rows = [outcome.result for outcome in found if outcome.result is not None]
     write_json(args.out / "fault_matrix.json", rows)
     write_text(args.out / "fault_matrix.md", _markdown(rows))
+    for outcome in found:
+        if outcome.result is None:
+            console.print(f"{outcome.cell} could not be tried: {outcome.reason}")
     console.print(f"Wrote {args.out / 'fault_matrix.md'} and fault_matrix.json.")
 
 
-def _in_lockstep(case: tuple[str, Since, int]) -> dict[str, Any]:
-    name, since, seed = case
+def _cells(faults: Sequence[str], args: Arguments) -> Iterator[dict[str, Any]]:
+    for fault, state, seed in product(faults, _STATES, range(args.seeds)):
+        if (not args.only or fault in args.only) and not (fault in _ONLY_IN_RUN and state == "stand"):
+            yield {"fault": fault, "state": state, "seed": seed}
+
+
+def _in_lockstep(cell: dict[str, Any]) -> dict[str, Any]:
+    name, since, seed = cell["fault"], cell["state"], cell["seed"]
     logging.disable(logging.WARNING)
     moment = float(np.random.default_rng(seed).uniform(0.2, 4.5 if since == "stand" else 2.5))
     settings = Settings() if since == "stand" else Settings(stand=_QUICK)
@@ -116,7 +133,7 @@ def _in_lockstep(case: tuple[str, Since, int]) -> dict[str, Any]:
     answer = rig.damping_after_fault
     fault = its.controller.fault if struck is not None else None
     return {
-        "fault": name, "state": since, "seed": seed, "at_s": moment,
+        **cell, "at_s": moment,
         "struck": None if fault is None else fault.name,
         "reaction_ms": None if answer is None or rig.fault_began is None else 1e3 * (answer - rig.fault_began),
         "silent_ticks": silent, "not_finite": rig.monitor.not_finite, "torque_excesses": rig.monitor.torque_excesses,
@@ -124,8 +141,8 @@ def _in_lockstep(case: tuple[str, Since, int]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _as_processes(case: tuple[str, Since, int]) -> dict[str, Any]:
-    name, since, seed = case
+def _as_processes(cell: dict[str, Any]) -> dict[str, Any]:
+    name, since, seed = cell["fault"], cell["state"], cell["seed"]
     url = f"udpm://239.255.76.67:{_PORT + seed}?ttl=0"
     wait = float(np.random.default_rng(seed).uniform(0.05, 1.0))
     wanted = {"stand": "standing", "run": "running"}[since]
@@ -157,7 +174,7 @@ def _as_processes(case: tuple[str, Since, int]) -> dict[str, Any]:
     damped = [at for at, targets in heard if not targets.kp.any()]
     stiff = [at for at, targets in heard if targets.kp.any() and damped and at > damped[0]]
     return {
-        "fault": name, "state": since, "seed": seed, "at_s": wait, "struck": struck if damped else None,
+        **cell, "at_s": wait, "struck": struck if damped else None,
         "reaction_ms": 1e3 * (damped[0] - began) if damped else None,
         "longest_gap_ms": 1e3 * ear.longest_gap(began), "stiff_after": len(stiff),
     }  # fmt: skip
@@ -187,12 +204,10 @@ def _markdown(rows: list[dict[str, Any]]) -> str:
         lines.append(cells)
     outside = sum(any(row.get(key) for key in _BAD) for row in rows)
     gap = max((row["longest_gap_ms"] for row in rows if "longest_gap_ms" in row), default=None)
-    told = f"{len(rows)} trials; in {outside} of them a target outside the limits, a silent tick, or a stiff target"
-    told += (
-        " after the damping."
-        if gap is None
-        else f" after the damping; longest silence between processes was {gap:.0f} ms."
-    )
+    told = f"{len(rows)} trials; {outside} of them with a target outside the limits or a silent tick (looked for in "
+    told += "lock-step), or with a stiff target after the damping (looked for between processes)."
+    if gap is not None:
+        told += f" Between processes the longest silence was {gap:.0f} ms."
     return "\n".join([*table(head, lines), "", told]) + "\n"
 
 

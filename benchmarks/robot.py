@@ -60,7 +60,7 @@ def _decision() -> Result:
     controller.tick = timed
     gc.collect()
     gc.disable()  # as the deployer does
-    world.run(20.0)
+    world.run(_RUN_S)
     gc.enable()
     logging.disable(logging.NOTSET)
     return Result("robot: policy and safety, to sending, p99", _p99(times), "ms", at_most=1.0, details=_spread(times))

@@ -161,6 +161,7 @@ GROUPS: dict[str, dict[str, Command]] = {
             None,
             "a script with which the Tab key completes commands and options, for bash, zsh or fish",
             "symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn",
+            names="symdyn.cli.completion:SHELLS",
         ),
     },
 }

@@ -10,7 +10,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import tyro
 from rich.console import Console
@@ -18,6 +18,8 @@ from rich.console import Console
 from symdyn.cli import GROUPS, Command
 
 Shell = Literal["bash", "zsh", "fish"]
+
+SHELLS: tuple[Shell, ...] = get_args(Shell)
 
 
 @dataclass(frozen=True)
@@ -73,15 +75,13 @@ def run(arguments: Sequence[str]) -> int:
     """The command."""
     args = tyro.cli(CompletionArguments, args=list(arguments), prog="symdyn completion")
     with Console(stderr=True).status("asking every command for its options"):
-        words = {name: words_of(name, command) for group in GROUPS.values() for name, command in group.items()}
+        words = {name: words_of(command) for group in GROUPS.values() for name, command in group.items()}
     sys.stdout.write({"bash": bash, "zsh": zsh, "fish": fish}[args.shell](words))
     return 0
 
 
-def words_of(name: str, command: Command) -> Words:
+def words_of(command: Command) -> Words:
     """Ask a command, which has to be imported for that. One whose extra is not installed has no words but its name."""
-    if name == "completion":
-        return Words(command.summary, Shell.__args__, ())
     try:
         run_command = importlib.import_module(command.module).run
         names = _names(command)
