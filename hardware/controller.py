@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntFlag, StrEnum
 
 import numpy as np
@@ -31,7 +31,6 @@ from hardware.velocity_command import VelocityCommand
 from hardware.velocity_estimator import Estimate, VelocityEstimator
 from symdyn.driver import PolicyDriver
 from symdyn.errors import InvalidValue
-from symdyn.frames import projected_gravity
 from symdyn.gaits import Gait
 from symdyn.policy import Policy
 from symdyn.robot import get_robot
@@ -234,9 +233,10 @@ class Controller:
         return self._fault
 
     def _requested(self, requests: Request) -> Fault | None:
-        for request, name in REQUEST_FAULTS.items():
-            if requests & request:
-                return Fault(name)
+        if requests:  # rarely; and the bits of a flag are slow to ask for
+            for request, name in REQUEST_FAULTS.items():
+                if requests & request:
+                    return Fault(name)
         return None
 
     def _transit(
@@ -284,7 +284,7 @@ class Controller:
         self._ticks_in_run += 1
         if acts:
             try:
-                wanted = driver.act(projected_gravity(imu.quat_w)[None], joints.pos[None], joints.vel[None])[0]
+                wanted = driver.act(imu.gravity_b[None], joints.pos[None], joints.vel[None])[0]
             except Exception as error:  # onnxruntime's errors have no base class of their own
                 self._enter(State.DAMP, Fault("policy_failed", f"{type(error).__name__}: {error}"))
                 return self._run_gains, True
@@ -292,7 +292,7 @@ class Controller:
                 self._enter(State.DAMP, Fault("policy_failed", "an action is not finite"))
                 return self._run_gains, True
             self._wanted = wanted
-        targets = replace(self._run_gains, pos=self._wanted)
+        targets = Targets(self._wanted, self._run_gains.kp, self._run_gains.kd)
         return limited(targets, self._sent, dt, joints, self.limits, self.settings.safety), acts
 
     def _told(

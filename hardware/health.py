@@ -12,13 +12,12 @@ from hardware.leg_kinematics import JointLimits
 from hardware.link import Received
 from hardware.readings import Imu, Joints, Joystick
 from hardware.settings import SafetyConfig
-from symdyn.frames import projected_gravity
 from symdyn.legs import JOINTS
 
 
 def tilt(imu: Imu) -> float:
     """Angle between the trunk's z axis and the vertical, rad."""
-    return math.acos(float(np.clip(-projected_gravity(imu.quat_w)[2], -1.0, 1.0)))
+    return math.acos(min(1.0, max(-1.0, -float(imu.gravity_b[2]))))
 
 
 class Health:
@@ -31,6 +30,18 @@ class Health:
 
     def __init__(self, limits: JointLimits, config: SafetyConfig) -> None:
         self._limits, self._config = limits, config
+        middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * (limits.upper - limits.lower)
+        nothing = np.zeros(len(JOINTS))
+        # pos, vel, torque of all joints: what they may differ by from what, for an instant, without a closer look
+        self._middle = np.concatenate([middle, nothing, nothing])
+        self._unsuspicious = np.concatenate(
+            [
+                half + config.position_margin,
+                config.velocity_factor * limits.velocity,
+                config.torque_factor * limits.torque,
+            ]
+        )
+        self._suspect_at = -math.inf
         self._fast: deque[tuple[float, np.ndarray]] = deque()
         self._strong_since: np.ndarray = np.full(len(JOINTS), math.inf)
         self._last_numbers: np.ndarray | None = None
@@ -52,18 +63,13 @@ class Health:
             return Fault("no_joint_state", _age(now, joints_at))
         if imu_at is None or imu is None or now - imu_at.arrival > self._config.stale_s:
             return Fault("no_imu_state", _age(now, imu_at))
-        if not joints.finite() or not imu.finite():
-            return Fault("state_not_finite", "joints" if not joints.finite() else "IMU")
-        length = float(np.linalg.norm(imu.quat_w))
+        numbers = np.concatenate([joints.pos, joints.vel, joints.torque, *imu.parts])
+        if not np.isfinite(numbers).all():
+            return Fault("state_not_finite", "IMU" if joints.finite() else "joints")
+        length = math.hypot(*imu.quat_w.tolist())
         if abs(length - 1.0) > self._config.quaternion_tolerance:
             return Fault("quaternion", f"its length is {length:.3f}")
-        return (
-            self._frozen(now, joints, imu)
-            or self._tilted(imu)
-            or self._beyond_range(joints)
-            or self._too_fast(now, joints)
-            or self._too_strong(now, joints)
-        )
+        return self._frozen(now, joints, imu) or self._tilted(imu) or self._beyond_limits(now, joints, numbers)
 
     def joystick_fault(self, now: float, joystick_at: Received | None, joystick: Joystick | None) -> Fault | None:
         """What is wrong with the joystick, or None."""
@@ -84,6 +90,19 @@ class Health:
         angle = tilt(imu)
         return Fault("tilt", f"{angle:.2f} rad") if angle > self._config.tilt else None
 
+    def _beyond_limits(self, now: float, joints: Joints, numbers: np.ndarray) -> Fault | None:
+        """Each joint's position, its speed over a while, its torque over a while."""
+        self._fast.append((now, joints.vel))
+        while now - self._fast[0][0] > self._config.velocity_s + 1e-9:
+            self._fast.popleft()
+        if (np.abs(numbers[: len(self._middle)] - self._middle) > self._unsuspicious).any():
+            self._suspect_at = now
+        # a mean that is too high has a sample that is; so all is well if none has been for as long as means are taken
+        if now - self._suspect_at > max(self._config.velocity_s, self._config.torque_s):
+            self._strong_since[:] = math.inf
+            return None
+        return self._beyond_range(joints) or self._too_fast(joints) or self._too_strong(now, joints)
+
     def _beyond_range(self, joints: Joints) -> Fault | None:
         beyond = np.maximum(self._limits.lower - joints.pos, joints.pos - self._limits.upper)
         worst = int(np.argmax(beyond))
@@ -91,11 +110,8 @@ class Health:
             return None
         return Fault("joint_position", f"{JOINTS[worst]} is at {joints.pos[worst]:.2f} rad")
 
-    def _too_fast(self, now: float, joints: Joints) -> Fault | None:
-        self._fast.append((now, np.abs(joints.vel)))
-        while self._fast[-1][0] - self._fast[0][0] > self._config.velocity_s + 1e-9:
-            self._fast.popleft()
-        speed = np.mean([speed for _, speed in self._fast], axis=0)
+    def _too_fast(self, joints: Joints) -> Fault | None:
+        speed = np.mean([np.abs(vel) for _, vel in self._fast], axis=0)
         over = speed / self._limits.velocity
         worst = int(np.argmax(over))
         whole = self._fast[-1][0] - self._fast[0][0] > 0.5 * self._config.velocity_s

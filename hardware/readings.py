@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, rc_command_lcmt, state_estimator_lcmt
 from hardware.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_FROM_SDK
+from symdyn.frames import gravity_components
 
 Floats = NDArray[np.float64]
 
@@ -45,15 +47,11 @@ class Joints:
     @classmethod
     def of(cls, message: leg_control_data_lcmt) -> Joints:
         """From the wire."""
-        return cls(
-            pos=np.array(message.q)[_JOINTS_FROM_SDK],
-            vel=np.array(message.qd)[_JOINTS_FROM_SDK],
-            torque=np.array(message.tau_est)[_JOINTS_FROM_SDK],
-        )
+        return cls(*np.array([message.q, message.qd, message.tau_est])[:, _JOINTS_FROM_SDK])
 
     def finite(self) -> bool:
         """Whether all numbers are."""
-        return bool(np.isfinite(self.pos).all() and np.isfinite(self.vel).all() and np.isfinite(self.torque).all())
+        return bool(np.isfinite(np.concatenate([self.pos, self.vel, self.torque])).all())
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,17 @@ class Imu:
 
     def finite(self) -> bool:
         """Whether all numbers are."""
-        return all(bool(np.isfinite(array).all()) for array in vars(self).values())
+        return bool(np.isfinite(np.concatenate(self.parts)).all())
+
+    @property
+    def parts(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """All arrays, as they stand above."""
+        return self.quat_w, self.angular_velocity_b, self.acceleration_b, self.foot_force
+
+    @cached_property
+    def gravity_b(self) -> Floats:
+        """Unit vector of gravity in the body frame, (3,)."""
+        return np.array(gravity_components(*self.quat_w.tolist()))
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from hardware.leg_kinematics import JointLimits
@@ -12,6 +10,9 @@ from hardware.settings import SafetyConfig
 
 _SPARE = 0.5
 """Share of the torque limit that damping may take where it alone would leave no target within the range."""
+
+_LEAST_KP = 1e-6
+"""N m/rad; less is no stiffness."""
 
 
 def target_range(joints: Joints, limits: JointLimits, lead: float) -> tuple[Floats, Floats]:
@@ -50,14 +51,15 @@ def limited(
     """
     low, high = target_range(joints, limits, safety.target_lead)
     step = safety.target_rate * dt
-    pos = np.clip(targets.pos, previous - step, previous + step)
+    pos = np.minimum(np.maximum(targets.pos, previous - step), previous + step)
     kp, kd = targets.kp, targets.kd
     weakest, strongest = _torque_band(kp, kd, joints, limits)
     blocked = (weakest > high) | (strongest < low)
     if blocked.any():
         kd = np.where(blocked, np.minimum(kd, _SPARE * limits.torque / np.maximum(np.abs(joints.vel), 1e-9)), kd)
         weakest, strongest = _torque_band(kp, kd, joints, limits)
-    return replace(targets, pos=np.clip(pos, np.maximum(low, weakest), np.minimum(high, strongest)), kd=kd)
+    pos = np.minimum(np.maximum(pos, np.maximum(low, weakest)), np.minimum(high, strongest))
+    return Targets(pos, kp, kd)
 
 
 def damping(joints: Joints | None, at: Floats, limits: JointLimits, safety: SafetyConfig) -> Targets:
@@ -77,9 +79,7 @@ def damping(joints: Joints | None, at: Floats, limits: JointLimits, safety: Safe
 
 
 def _torque_band(kp: Floats, kd: Floats, joints: Joints, limits: JointLimits) -> tuple[Floats, Floats]:
-    """The targets that ask for the lowest and the highest torque; without stiffness any target will do."""
-    stiff = kp > 0.0
-    divisor = np.where(stiff, kp, 1.0)
-    low = joints.pos + (kd * joints.vel - limits.torque) / divisor
-    high = joints.pos + (kd * joints.vel + limits.torque) / divisor
-    return np.where(stiff, low, -np.inf), np.where(stiff, high, np.inf)
+    """The targets that ask for the lowest and the highest torque; far away without stiffness."""
+    softness = 1.0 / np.maximum(kp, _LEAST_KP)
+    middle, half = joints.pos + kd * joints.vel * softness, limits.torque * softness
+    return middle - half, middle + half

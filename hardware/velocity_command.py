@@ -51,9 +51,9 @@ class VelocityCommand:
 
     def towards(self, asked: tuple[float, float, float], dt: float) -> Floats:
         """Go towards ``asked`` for dt, s; the new value, a fresh array."""
-        goal = np.clip(np.array(asked), self._low, self._high)
+        goal = np.minimum(np.maximum(asked, self._low), self._high)
         step = self._rate * dt
-        self.value = self.value + np.clip(goal - self.value, -step, step)
+        self.value = self.value + np.minimum(np.maximum(goal - self.value, -step), step)
         return self.value.copy()
 
 

@@ -120,7 +120,7 @@ class Layout:
         if wrong or len(values) != len(self.terms):
             unknown = sorted(set(values) - {t.name for t in self.terms})
             raise SymdynError(f"Observation terms missing or of a wrong size: {wrong}; unknown: {unknown}.")
-        xp = array_namespace(*values.values())
+        xp = array_namespace(values[self.terms[0].name])
         scaled = [values[t.name] if t.scale == 1.0 else t.scale * values[t.name] for t in self.terms]
         return xp.concat(scaled, axis=-1)
 

@@ -22,9 +22,8 @@ def wrapped(x: Array) -> Array:
 
     x - floor(x) alone is 1.0 for a negative number so small that the difference rounds up.
     """
-    xp = array_namespace(x)
-    turned = x - xp.floor(x)
-    return xp.where(turned >= 1.0, xp.zeros_like(turned), turned)
+    turned = x - array_namespace(x).floor(x)
+    return turned * (turned < 1.0)
 
 
 def advance(phase: Array, period: Array, dt: float) -> Array:
