@@ -10,6 +10,7 @@ import logging
 import os
 import re
 import signal
+import subprocess
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -185,7 +186,12 @@ def _damped_for(deployer: Command, told: bool) -> str | None:
     for _ in range(1 if told else 2):
         deployer.process.send_signal(signal.SIGTERM)
         time.sleep(0.2)
-    _, words = deployer.ends(10.0)
+    try:
+        _, words = deployer.ends(10.0)
+    except subprocess.TimeoutExpired:
+        deployer.process.send_signal(signal.SIGABRT)  # with PYTHONFAULTHANDLER=1 it says where it hangs
+        deployer.process.wait()
+        raise RuntimeError(f"The deployer does not end: {deployer.words()}") from None
     found = re.search(r"Damped for: (\w+)", words)
     return None if found is None else found[1]
 
