@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.result import Result
 from benchmarks.robot_processes import QUICK_STAND, hearing, process
-from hardware.channels import TICK
+from hardware.channels import TARGETS, TICK
 from hardware.controller import Controller, Inputs, State, Tick
 from hardware.event_log import LogReader
 from hardware.robot_sim.lockstep import Lockstep
@@ -84,14 +84,21 @@ def _session(how: str, load: int = 0) -> list[Result]:
                 deployer.process.send_signal(signal.SIGTERM)
                 time.sleep(0.5)
             deployer.ends(within=20.0)
-        ticks = [event.message() for event in LogReader(log) if event.channel == TICK]
-    running = [tick for tick in ticks if tick.state == State.RUN]
+        ticks, sent = [], {}
+        for event in LogReader(log):
+            if event.channel == TICK:
+                ticks.append((event.time, event.message()))
+            elif event.channel == TARGETS:
+                sent[event.message().id] = event.time
+    wire = [1e3 * (sent[tick.targets_number] - at) for at, tick in ticks if tick.state == State.RUN and tick.acted]
+    running = [tick for _, tick in ticks if tick.state == State.RUN]
     age = [1e3 * tick.state_age for tick in running]
     late = (1e3 * np.abs(np.diff([tick.time for tick in running]) - 1.0 / TICK_HZ)).tolist()
     busy = [1e3 * tick.compute for tick in running]
     return [
         Result(f"robot, {how}: age of the state when used, p99", _p99(age), "ms", details=_spread(age)),
         Result(f"robot, {how}: tick off its 5 ms, p99", _p99(late), "ms", details=_spread(late)),
+        Result(f"robot, {how}: from waking to new targets on the wire, p99", _p99(wire), "ms", details=_spread(wire)),
         Result(f"robot, {how}: whole tick with estimate and log, p99", _p99(busy), "ms", details=_spread(busy)),
         Result(f"robot, {how}: overruns in {_RUN_S:g} s", float(running[-1].overruns - running[0].overruns), ""),
     ]
