@@ -159,6 +159,8 @@ def _as_processes(cell: dict[str, Any]) -> dict[str, Any]:
         while ear.mode != wanted and time.monotonic() < until:
             time.sleep(0.002)
         time.sleep(wait)
+        if ear.mode != wanted:  # stalls of the machine can damp the robot before anything is done to it
+            raise RuntimeError(f"When the fault was due, the robot was {ear.mode}, not {wanted}: {deployer.words()}")
         guard = deployer.guard()
         began = time.monotonic()
         if name == _WATCHDOG_KILLED:
@@ -182,7 +184,7 @@ def _as_processes(cell: dict[str, Any]) -> dict[str, Any]:
 
 
 def _damped_for(deployer: Command, told: bool) -> str | None:
-    """End a deployer that damps, ``told`` to by a signal or not; the fault that it names."""
+    """End a deployer that damps, ``told`` to by a signal or not; the fault that it names last."""
     for _ in range(1 if told else 2):
         deployer.process.send_signal(signal.SIGTERM)
         time.sleep(0.2)
@@ -192,8 +194,8 @@ def _damped_for(deployer: Command, told: bool) -> str | None:
         deployer.process.send_signal(signal.SIGABRT)  # with PYTHONFAULTHANDLER=1 it says where it hangs
         deployer.process.wait()
         raise RuntimeError(f"The deployer does not end: {deployer.words()}") from None
-    found = re.search(r"Damped for: (\w+)", words)
-    return None if found is None else found[1]
+    found = re.findall(r"Damped for: (\w+)", words)
+    return found[-1] if found else None
 
 
 def _markdown(rows: list[dict[str, Any]]) -> str:

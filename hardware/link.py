@@ -83,22 +83,29 @@ class Link:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._receive, name="lcm", daemon=True)
         self._sending = threading.Lock()
-        for channel in channels:
-            subscription = self._lcm.subscribe(channel, self.take)
+        self._subscriptions = [self._lcm.subscribe(channel, self.take) for channel in channels]
+        for subscription in self._subscriptions:
             # lcm drops the newest when its queue is full
             subscription.set_queue_capacity(_QUEUE)
         # channels are regular expressions to lcm, matched as a whole
-        self._lcm.subscribe(f"(?!({'|'.join([*MESSAGES, SELF_TEST])})$).*", self._count_foreign)
+        foreign = f"(?!({'|'.join([*MESSAGES, SELF_TEST])})$).*"
+        self._subscriptions.append(self._lcm.subscribe(foreign, self._count_foreign))
 
     def start(self) -> None:
         """Begin to receive."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop receiving."""
+        """Stop receiving; the sockets close with the last reference to this object."""
         self._stop.set()
-        if self._thread.is_alive() and threading.current_thread() is not self._thread:
+        if threading.current_thread() is self._thread:
+            return
+        if self._thread.is_alive():
             self._thread.join(timeout=1.0)
+        if not self._thread.is_alive():
+            # each holds this object, out of the garbage collector's sight; lcm's select() crashes from 1024 files on
+            while self._subscriptions:
+                self._lcm.unsubscribe(self._subscriptions.pop())
 
     @property
     def receiving(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
 import socket
 import subprocess
@@ -10,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from lcm_urls import multicast_url
@@ -119,6 +121,17 @@ class TestTaking:
 
 
 class TestMulticast:
+    def test_closed_links_leave_no_open_files(self):
+        def opened_and_closed(times: int) -> int:
+            for _ in range(times):
+                with running(multicast_url(), JOINTS):
+                    pass
+            gc.collect()
+            return len(list(Path("/proc/self/fd").iterdir()))
+
+        before = opened_and_closed(1)
+        assert opened_and_closed(10) <= before + 2  # not several of each
+
     def test_two_links_hear_each_other(self):
         url = multicast_url()
         with running(url, TARGETS) as robot, running(url, JOINTS, IMU, JOYSTICK) as deployer:
