@@ -68,17 +68,17 @@ def main() -> None:
     if len(os.sched_getaffinity(0)) < 2:
         raise SystemExit("This takes two processors.")
     robots, deployers = ({number} for number in sorted(os.sched_getaffinity(0))[:2])
-    with Progress(console=console) as progress:
-        with (
-            _on(robots),
-            process("robot-sim", "--url", args.url, "--scenario", "run") as robot,
-            _on(deployers),
-            process("deploy", policy_path(), "--url", args.url, "--log", log) as deployer,
-        ):
-            time.sleep(_WARM_UP_S)
-            with _sleeper(robots) as of_robot, _sleeper(deployers) as of_deployer:
-                memory = _watched(robot, deployer, args.seconds, progress)
-            _end(deployer)
+    with (
+        Progress(console=console) as progress,
+        _on(robots),
+        process("robot-sim", "--url", args.url, "--scenario", "run") as robot,
+        _on(deployers),
+        process("deploy", policy_path(), "--url", args.url, "--log", log) as deployer,
+    ):
+        time.sleep(_WARM_UP_S)
+        with _sleeper(robots) as of_robot, _sleeper(deployers) as of_deployer:
+            memory = _watched(robot, deployer, args.seconds, progress)
+        _end(deployer)
     ticks = [event.message() for event in LogReader(log) if event.channel == TICK]
     found = _found(ticks, memory, of_deployer, of_robot)
     write_json(args.out, found)
