@@ -80,10 +80,7 @@ def _session(how: str, load: int = 0) -> list[Result]:
             while ear.mode != "running" and time.monotonic() < until:
                 time.sleep(0.01)
             time.sleep(_RUN_S)
-            for _ in range(2):
-                deployer.process.send_signal(signal.SIGTERM)
-                time.sleep(0.5)
-            deployer.ends(within=20.0)
+            deployer.damps_and_ends(within=20.0)
         ticks, sent = [], {}
         for event in LogReader(log):
             if event.channel == TICK:

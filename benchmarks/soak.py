@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -45,7 +44,9 @@ up takes its time to catch up."""
 
 @dataclass(frozen=True)
 class Arguments:
-    """Run for a while and say what became of ticks and memory. Run nothing beside it; it takes two processors.
+    """Run for a while and say what became of ticks and memory. Run nothing beside it.
+
+    It takes two processors, and root for the sleepers' priority.
 
     Attributes:
         out: the JSON file to write; the event log comes beside it.
@@ -78,7 +79,7 @@ def main() -> None:
         time.sleep(_WARM_UP_S)
         with _sleeper(robots) as of_robot, _sleeper(deployers) as of_deployer:
             memory = _watched(robot, deployer, args.seconds, progress)
-        _end(deployer)
+        deployer.damps_and_ends(within=20.0)
     ticks = [event.message() for event in LogReader(log) if event.channel == TICK]
     found = _found(ticks, memory, of_deployer, of_robot)
     write_json(args.out, found)
@@ -99,13 +100,6 @@ def _watched(robot: Command, deployer: Command, seconds: float, progress: Progre
         time.sleep(min(10.0, seconds - past))
     progress.update(task, completed=seconds)
     return memory
-
-
-def _end(deployer: Command) -> None:
-    for _ in range(2):  # damp, then Passive
-        deployer.process.send_signal(signal.SIGTERM)
-        time.sleep(0.5)
-    deployer.ends(within=20.0)
 
 
 def _found(
@@ -175,6 +169,7 @@ def _sleeper(processors: set[int]) -> Iterator[list[tuple[float, float]]]:
     ours, theirs = context.Pipe()
     sleeper = context.Process(target=_sleep, args=(processors, theirs))
     sleeper.start()
+    theirs.close()  # so that a sleeper that fails is not waited for
     try:
         yield stalls
     finally:
