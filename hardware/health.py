@@ -29,18 +29,11 @@ class Health:
     """
 
     def __init__(self, limits: JointLimits, config: SafetyConfig) -> None:
-        self._limits, self._config = limits, config
-        middle, half = 0.5 * (limits.lower + limits.upper), 0.5 * (limits.upper - limits.lower)
-        nothing = np.zeros(len(JOINTS))
-        # pos, vel, torque of all joints: what they may differ by from what, for an instant, without a closer look
-        self._middle = np.concatenate([middle, nothing, nothing])
-        self._unsuspicious = np.concatenate(
-            [
-                half + config.position_margin,
-                config.velocity_factor * limits.velocity,
-                config.torque_factor * limits.torque,
-            ]
-        )
+        self._config = config
+        self._speed, torque = config.velocity_factor * limits.velocity, config.torque_factor * limits.torque
+        # of pos, vel, torque of all joints: beyond these a position is a fault, speed and torque are if they last
+        self._lower = np.concatenate([limits.lower - config.position_margin, -self._speed, -torque])
+        self._upper = np.concatenate([limits.upper + config.position_margin, self._speed, torque])
         self._suspect_at = -math.inf
         self._fast: deque[tuple[float, np.ndarray]] = deque()
         self._strong_since: np.ndarray = np.full(len(JOINTS), math.inf)
@@ -95,33 +88,31 @@ class Health:
         self._fast.append((now, joints.vel))
         while now - self._fast[0][0] > self._config.velocity_s + 1e-9:
             self._fast.popleft()
-        if (np.abs(numbers[: len(self._middle)] - self._middle) > self._unsuspicious).any():
+        limited = numbers[: len(self._lower)]
+        beyond = (limited < self._lower) | (limited > self._upper)
+        if beyond.any():
             self._suspect_at = now
         # a mean that is too high has a sample that is; so all is well if none has been for as long as means are taken
         if now - self._suspect_at > max(self._config.velocity_s, self._config.torque_s):
             self._strong_since[:] = math.inf
             return None
-        return self._beyond_range(joints) or self._too_fast(joints) or self._too_strong(now, joints)
+        out_of_range, _, strong = np.split(beyond, 3)
+        self._strong_since = np.where(strong, np.minimum(self._strong_since, now), math.inf)
+        if out_of_range.any():
+            which = int(np.argmax(out_of_range))
+            return Fault("joint_position", f"{JOINTS[which]} is at {joints.pos[which]:.2f} rad")
+        return self._too_fast() or self._too_strong(now, joints)
 
-    def _beyond_range(self, joints: Joints) -> Fault | None:
-        beyond = np.maximum(self._limits.lower - joints.pos, joints.pos - self._limits.upper)
-        worst = int(np.argmax(beyond))
-        if beyond[worst] <= self._config.position_margin:
-            return None
-        return Fault("joint_position", f"{JOINTS[worst]} is at {joints.pos[worst]:.2f} rad")
-
-    def _too_fast(self, joints: Joints) -> Fault | None:
+    def _too_fast(self) -> Fault | None:
         speed = np.mean([np.abs(vel) for _, vel in self._fast], axis=0)
-        over = speed / self._limits.velocity
+        over = speed / self._speed
         worst = int(np.argmax(over))
         whole = self._fast[-1][0] - self._fast[0][0] > 0.5 * self._config.velocity_s
-        if not whole or over[worst] <= self._config.velocity_factor:
+        if not whole or over[worst] <= 1.0:
             return None
         return Fault("joint_velocity", f"{JOINTS[worst]} at {speed[worst]:.1f} rad/s")
 
     def _too_strong(self, now: float, joints: Joints) -> Fault | None:
-        strong = np.abs(joints.torque) > self._config.torque_factor * self._limits.torque
-        self._strong_since = np.where(strong, np.minimum(self._strong_since, now), math.inf)
         longest = int(np.argmin(self._strong_since))
         if now - self._strong_since[longest] <= self._config.torque_s:
             return None
