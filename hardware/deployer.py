@@ -167,7 +167,7 @@ class Deployer:
 
     def _prepare(self) -> None:
         if self.options.realtime:
-            self.realtime = realtime.ask(self.link.thread_id)
+            self.realtime = realtime.ask()
         gc.collect()
         gc.freeze()
         gc.disable()  # a full collection takes longer than a tick

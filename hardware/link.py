@@ -128,11 +128,6 @@ class Link:
         with self._sending:
             self._lcm.publish(channel, data)
 
-    @property
-    def thread_id(self) -> int | None:
-        """The operating system's number of the receiving thread."""
-        return self._thread.native_id
-
     def _receive(self) -> None:
         try:
             while not self._stop.is_set():

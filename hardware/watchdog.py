@@ -142,7 +142,7 @@ def main(arguments: list[str] | None = None) -> int:
     watchdog = Watchdog(link, args.sender, args.damping_kd, args.to_passive)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    realtime.ask(link.thread_id)
+    realtime.ask()
     loop = DeadlineLoop(PERIOD)
     pipe, rest, open_ = args.last_words, "", True
     while not watchdog.done and not stopped:

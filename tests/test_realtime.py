@@ -1,0 +1,41 @@
+"""Real-time scheduling: in a process of its own, for it changes the whole process."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+_PROGRAM = """
+import json, os, threading
+import lcm
+from hardware import realtime
+from hardware.link import Link
+
+link = Link("udpm://239.255.76.67:21994?ttl=0", ["leg_control_data"])
+link.start()
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+granted = realtime.ask()
+of = {int(t): (os.sched_getscheduler(int(t)), os.sched_getparam(int(t)).sched_priority)
+      for t in os.listdir("/proc/self/task")}
+python = [thread.native_id for thread in threading.enumerate()]
+child = os.fork()
+if not child:
+    os._exit(os.sched_getscheduler(0) != os.SCHED_OTHER)
+inherited = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+print(json.dumps([granted, [of[t] for t in python], [of[t] for t in of if t not in python], inherited]))
+link.close()
+"""
+
+
+def test_no_thread_that_may_hold_a_lock_comes_after_one_that_waits_for_it() -> None:
+    done = subprocess.run([sys.executable, "-c", _PROGRAM], capture_output=True, text=True, timeout=60, check=True)
+    granted, of_python, of_libraries, inherited = json.loads(done.stdout)
+    if not granted:
+        pytest.skip("real-time scheduling takes root or CAP_SYS_NICE")
+    assert len(of_python) == 3
+    assert len(of_libraries) >= 1, "LCM reads its socket in a thread of its own"
+    assert len({tuple(its) for its in of_python + of_libraries}) == 1
+    assert inherited == 0
