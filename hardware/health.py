@@ -99,8 +99,8 @@ class Health:
         out_of_range, _, strong = np.split(beyond, 3)
         self._strong_since = np.where(strong, np.minimum(self._strong_since, now), math.inf)
         if out_of_range.any():
-            which = int(np.argmax(out_of_range))
-            return Fault("joint_position", f"{JOINTS[which]} is at {joints.pos[which]:.2f} rad")
+            worst = int(np.argmax(np.maximum(self._lower - limited, limited - self._upper)[: len(JOINTS)]))
+            return Fault("joint_position", f"{JOINTS[worst]} is at {joints.pos[worst]:.2f} rad")
         return self._too_fast() or self._too_strong(now, joints)
 
     def _too_fast(self) -> Fault | None:

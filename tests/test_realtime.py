@@ -7,14 +7,15 @@ import subprocess
 import sys
 
 import pytest
+from lcm_urls import multicast_url
 
 _PROGRAM = """
-import json, os, threading
-import lcm
+import json, os, sys, threading
 from hardware import realtime
+from hardware.channels import JOINTS
 from hardware.link import Link
 
-link = Link("udpm://239.255.76.67:21994?ttl=0", ["leg_control_data"])
+link = Link(sys.argv[1], [JOINTS])
 link.start()
 threading.Thread(target=threading.Event().wait, daemon=True).start()
 granted = realtime.ask()
@@ -31,7 +32,8 @@ link.close()
 
 
 def test_no_thread_that_may_hold_a_lock_comes_after_one_that_waits_for_it() -> None:
-    done = subprocess.run([sys.executable, "-c", _PROGRAM], capture_output=True, text=True, timeout=60, check=True)
+    command = [sys.executable, "-c", _PROGRAM, multicast_url()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     granted, of_python, of_libraries, inherited = json.loads(done.stdout)
     if not granted:
         pytest.skip("real-time scheduling takes root or CAP_SYS_NICE")
