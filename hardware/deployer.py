@@ -50,7 +50,7 @@ class Options:
         url: of LCM.
         log: event log to write, or None.
         dry: compute and log, send nothing.
-        realtime: ask the operating system for real-time scheduling.
+        realtime: ask the operating system for real-time scheduling and for processors that stay awake.
     """
 
     url: str
@@ -90,7 +90,7 @@ class Deployer:
         controller: the mind.
         latest: the last tick, or None before the first.
         faults: that sent the robot into Damp, in order.
-        realtime: whether real-time scheduling was granted; None before it was asked for.
+        realtime: what the operating system granted; None before it was asked for.
 
     Raises:
         SymdynError: for whatever stands in the way, before any motor is told anything.
@@ -114,7 +114,7 @@ class Deployer:
             self._writer.append(SESSION, session.message().encode(), time.monotonic())
         self.latest: Tick | None = None
         self.faults: list[Fault] = []
-        self.realtime: bool | None = None
+        self.realtime: realtime.Granted | None = None
         self._signals = 0
         self._others = Request.NONE
         self._number = 0

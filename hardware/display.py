@@ -115,7 +115,6 @@ def _timing(deployer: Deployer) -> list[tuple[str, str]]:
     timing = deployer.timing
     if not timing.compute:
         return []
-    granted = {True: "real-time scheduling", False: "no real-time scheduling", None: "ordinary scheduling"}
     rows = []
     for name, values in (
         ("late by", timing.lateness),
@@ -124,4 +123,4 @@ def _timing(deployer: Deployer) -> list[tuple[str, str]]:
     ):
         p50, p99, most = 1e3 * np.array([*np.percentile(values, (50, 99), method="higher"), max(values)])
         rows.append((name, f"{p50:6.2f} ms median   {p99:6.2f} ms p99   {most:6.2f} ms max"))
-    return [*rows, ("overruns", f"{timing.overruns}   ({granted[deployer.realtime]})")]
+    return [*rows, ("overruns", f"{timing.overruns}   ({deployer.realtime or 'ordinary scheduling'})")]

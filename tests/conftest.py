@@ -37,6 +37,7 @@ REAL_TIME = frozenset(
     {
         "test_deploy_command.py",
         "test_play_command.py",
+        "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
         "test_viewer_time.py",

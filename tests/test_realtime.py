@@ -1,13 +1,18 @@
-"""Real-time scheduling: in a process of its own, for it changes the whole process."""
+"""Real-time scheduling and waking processors: in a process of its own, for it changes the whole process."""
 
 from __future__ import annotations
 
 import json
+import os
+import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from lcm_urls import multicast_url
+
+_DEVICE = Path("/dev/cpu_dma_latency")
 
 _PROGRAM = """
 import json, os, sys, threading
@@ -26,7 +31,7 @@ child = os.fork()
 if not child:
     os._exit(os.sched_getscheduler(0) != os.SCHED_OTHER)
 inherited = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-print(json.dumps([granted, [of[t] for t in python], [of[t] for t in of if t not in python], inherited]))
+print(json.dumps([granted.priority, [of[t] for t in python], [of[t] for t in of if t not in python], inherited]))
 link.close()
 """
 
@@ -41,3 +46,24 @@ def test_no_thread_that_may_hold_a_lock_comes_after_one_that_waits_for_it() -> N
     assert len(of_libraries) >= 1, "LCM reads its socket in a thread of its own"
     assert len({tuple(its) for its in of_python + of_libraries}) == 1
     assert inherited == 0
+
+
+def test_processors_stay_awake_as_long_as_the_process_lives() -> None:
+    if not os.access(_DEVICE, os.R_OK | os.W_OK):
+        pytest.skip(f"{_DEVICE} is root's")
+    before = _waking_us()
+    if before == 0:
+        pytest.skip("another process keeps the processors awake already")
+    program = "from hardware import realtime; print(realtime.ask().awake, flush=True); input()"
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as asking:
+        assert asking.stdout is not None
+        assert asking.stdout.readline().strip() == "True"
+        assert _waking_us() == 0
+        asking.communicate("\n")
+    assert _waking_us() == before
+
+
+def _waking_us() -> int:
+    """The least of all that are asked for now."""
+    return int(struct.unpack("i", _DEVICE.read_bytes())[0])

@@ -94,7 +94,7 @@ class Session:
         """
         self._link.start()
         if real_time:
-            self.pace.real_time = realtime.ask()
+            self.pace.real_time = realtime.ask().priority
         pace, cpu = self.pace, time.process_time()
         pace.began = deadline = time.monotonic()
         try:

@@ -49,7 +49,7 @@ class RobotSimArguments:
         fault_size: how much; if left out, as above.
         noise: whether the sensors are noisy.
         wakes_at: s after which the bridge hears of the robot; until then it publishes zeros, as the real one does.
-        realtime: ask for real-time scheduling, which takes root or CAP_SYS_NICE: a robot has a computer of its own.
+        realtime: ask for real-time scheduling, as symdyn deploy does: a robot has a computer of its own.
         seed: of noise, biases, the feet's units and the fault's chance.
         duration: s; if left out, until the script's end, or Ctrl-C.
         out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
