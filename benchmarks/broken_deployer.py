@@ -32,6 +32,11 @@ def _slow_tick(controller: Controller, *arguments: Any) -> object:
     return _TICK(controller, *arguments)
 
 
+def _endless_tick(*_: object) -> NoReturn:
+    while True:
+        pass
+
+
 def _tick_that_fails_once(controller: Controller, *_: object) -> NoReturn:
     Controller.tick = _TICK
     _fails()
@@ -44,6 +49,7 @@ _DEFECTS: dict[str, tuple[object, str, Callable[..., object]]] = {
     "policy_not_finite": (PolicyDriver, "act", _no_number),
     "ticks_too_slow": (Controller, "tick", _slow_tick),
     "controller_raises": (Controller, "tick", _tick_that_fails_once),
+    "tick_never_ends": (Controller, "tick", _endless_tick),
 }
 """What is replaced by what."""
 

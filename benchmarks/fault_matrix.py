@@ -53,7 +53,7 @@ _SIGNALS = {
 }
 _WATCHDOG_KILLED = "watchdog_killed"
 _OF_DEPLOYER = (*_SIGNALS, _WATCHDOG_KILLED, *DEFECTS)
-_ANSWERED_BY_WATCHDOG = ("SIGKILL", "SIGSTOP")
+_ANSWERED_BY_WATCHDOG = ("SIGKILL", "SIGSTOP", "tick_never_ends")
 _ONLY_IN_RUN = ("policy_raises", "policy_not_finite")
 
 

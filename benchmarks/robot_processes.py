@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -67,6 +67,17 @@ def process(*arguments: object, module: str = "symdyn") -> Iterator[Command]:
             for pid in (its.process.pid, *map(int, children)):
                 os.kill(pid, signal.SIGKILL)
             its.process.wait()
+
+
+@contextmanager
+def on_processors(processors: Set[int]) -> Iterator[None]:
+    """What is started within the block runs on these processors."""
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, processors)
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
 
 
 class Ear:

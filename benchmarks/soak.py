@@ -1,16 +1,15 @@
 """Ten minutes of trot over LCM: do the deployer's ticks drift or get lost, does its memory grow?
 
-Deployer and simulated robot get a processor each, as if they were two computers. On a virtual machine the hypervisor
-may take the processors away; the kernel counts that ("steal" in proc_stat(5)), and ticks lost then are told from the
-others.
+A tick is lost if its deadline passed before the one before it was done; one that begins between its deadline and the
+next is late. Deployer and simulated robot get a processor each, as if they were two computers. On a virtual machine
+the hypervisor may take the processors away; the kernel counts that ("steal" in proc_stat(5)), and ticks lost then are
+told from the others.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -20,10 +19,11 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
-from benchmarks.robot_processes import Command, process
+from benchmarks.robot_processes import Command, on_processors, process
 from hardware.channels import TICK
 from hardware.controller import State
 from hardware.event_log import LogReader
+from hardware.log_recording import sample_times
 from hardware.messages import controller_tick_lcmt
 from hardware.settings import TICK_HZ
 from rl.pretrained import policy_path
@@ -69,9 +69,9 @@ def main() -> None:
     robots, deployers = ({number} for number in sorted(os.sched_getaffinity(0))[:2])
     with (
         Progress(console=console) as progress,
-        _on(robots),
+        on_processors(robots),
         process("robot-sim", "--url", args.url, "--scenario", "run") as robot,
-        _on(deployers),
+        on_processors(deployers),
         process("deploy", policy_path(), "--url", args.url, "--log", log) as deployer,
     ):
         time.sleep(_WARM_UP_S)
@@ -126,17 +126,23 @@ def _found(ticks: list[controller_tick_lcmt], seen: _Seen, robots: int, deployer
     ticks = [tick for tick in ticks if seen.looks[0] <= tick.time <= seen.looks[-1]]
     running = [tick for tick in ticks if tick.state == State.RUN]
     times = np.array([tick.time for tick in ticks])
-    gaps = [(a, b, round((b - a) / _TICK_S) - 1) for a, b in pairwise(times.tolist()) if b - a > 1.5 * _TICK_S]
+    deadlines = sample_times(times, _TICK_S)
+    lost = np.diff(deadlines) - 1
     thefts = seen.thefts(deployers)
-    stolen = sum(lost for a, b, lost in gaps if any(a - _LOOK_S < end and begin < b for begin, end in thefts))
-    off = (times - times[0] + 0.5 * _TICK_S) % _TICK_S - 0.5 * _TICK_S
+    gaps = [(times[k], times[k + 1], lost[k]) for k in np.flatnonzero(lost)]
+    stolen = sum(number for a, b, number in gaps if any(a - _LOOK_S < end and begin < b for begin, end in thefts))
+    off = times - times[0] - _TICK_S * deadlines
+    off -= off.min()
     minute = round(60.0 * TICK_HZ)
     return {
         "ticks": len(ticks),
         "seconds": float(times[-1] - times[0]),
         "seconds_in_run": len(running) * _TICK_S,
-        "lost": sum(lost for *_, lost in gaps),
-        "lost_while_the_hypervisor_ran_others": stolen,
+        "deadlines": int(deadlines[-1]) + 1,
+        "lost": int(lost.sum()),
+        "lost_while_the_hypervisor_ran_others": int(stolen),
+        "late_by_half_a_tick": int(np.sum(off > 0.5 * _TICK_S)),
+        "late_ms": _percentiles(off.tolist()),
         "not_logged": ticks[-1].tick - ticks[0].tick + 1 - len(ticks),
         "grid_drift_ms": 1e3 * float(np.median(off[-minute:]) - np.median(off[:minute])),
         "stolen_s": {
@@ -171,17 +177,6 @@ def _stolen() -> list[float]:
     # cpuN user nice system idle iowait irq softirq steal guest guest_nice, in ticks of SC_CLK_TCK
     of = {int(row[0][3:]): int(row[8]) / os.sysconf("SC_CLK_TCK") for row in rows if row[0][:3] == "cpu" != row[0]}
     return [of.get(number, 0.0) for number in range(max(of) + 1)]
-
-
-@contextmanager
-def _on(processors: set[int]) -> Iterator[None]:
-    """What is started within the block runs on these processors."""
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, processors)
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)
 
 
 if __name__ == "__main__":

@@ -8,9 +8,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-_PRIORITY = 20
-"""Of every thread. The interpreter's lock does not lend its holder the priority of those who wait for it, so a thread
-of a lower one that holds it would be kept from running by the very loop that waits."""
+PRIORITY = 20
+"""Of every thread of a process. The interpreter's lock does not lend its holder the priority of those who wait for it,
+so a thread of a lower one that holds it would be kept from running by the very loop that waits."""
+
+WATCHDOG_PRIORITY = PRIORITY + 1
+"""A deployer that never gives its processor back must not keep its watchdog from running."""
 
 _SWITCH_S = 1e-4
 _WAKING = Path("/dev/cpu_dma_latency")
@@ -33,19 +36,19 @@ class Granted:
         return f"{scheduling}, idle processors {'stay awake' if self.awake else 'may sleep'}"
 
 
-def ask() -> Granted:
+def ask(priority: int = PRIORITY) -> Granted:
     """Ask for punctuality of this process, with its threads as they are now, until it ends.
 
     In any case other threads hand the interpreter's lock over within 0.1 ms from now on.
     """
     sys.setswitchinterval(_SWITCH_S)
-    return Granted(_priority(), _awake())
+    return Granted(_scheduled(priority), _awake())
 
 
-def _priority() -> bool:
+def _scheduled(priority: int) -> bool:
     try:
         for task in Path("/proc/self/task").iterdir():
-            os.sched_setscheduler(int(task.name), os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+            os.sched_setscheduler(int(task.name), os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError:
         return False
     return True

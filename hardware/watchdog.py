@@ -34,7 +34,7 @@ from symdyn.legs import JOINTS
 SILENCE_S = 0.06
 """s; twelve ticks of the deployer, which would itself damp after three that are late."""
 
-PERIOD = 0.005
+PERIOD = 0.01
 
 _PUNCTUAL_S = 0.02
 """s between two looks; after a longer pause of its own, what has arrived in it may not have been taken yet."""
@@ -142,7 +142,7 @@ def main(arguments: list[str] | None = None) -> int:
     watchdog = Watchdog(link, args.sender, args.damping_kd, args.to_passive)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    realtime.ask()
+    realtime.ask(realtime.WATCHDOG_PRIORITY)
     loop = DeadlineLoop(PERIOD)
     pipe, rest, open_ = args.last_words, "", True
     while not watchdog.done and not stopped:

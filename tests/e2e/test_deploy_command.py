@@ -16,7 +16,7 @@ import pytest
 from command_in_process import symdyn
 from lcm_urls import multicast_url
 
-from benchmarks.robot_processes import QUICK_STAND, Command, Ear, hearing, process
+from benchmarks.robot_processes import QUICK_STAND, Command, Ear, hearing, on_processors, process
 from rl.pretrained import policy_path
 from symdyn.gaits import PAPER_GAITS
 from symdyn.policy import METADATA_KEY
@@ -25,6 +25,7 @@ PATIENCE = 60.0  # s; for a busy machine
 FORGIVING = ("--safety.overruns", "20")  # where a busy machine is not what is tested
 REACTION_S = 0.2  # s; the figures are in docs/robot.md, this only tells "at once" from "not at once" on a busy machine
 WATCHDOG_S = 0.3
+BROKEN = "benchmarks.broken_deployer"
 
 
 def wait_for(condition: Callable[[], bool], what: str) -> None:
@@ -119,6 +120,28 @@ def test_the_watchdog_damps_when_the_deployer_is_killed_or_hangs(number: signal.
             time.sleep(0.3)
             # it comes back to find that it was taken over from, and damps as well
             assert not any(targets.kp.any() for moment, targets in ear.targets if moment > after)
+        os.kill(guard, signal.SIGTERM)
+
+
+def test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_itself() -> None:
+    url = multicast_url()
+    one, *rest = sorted(os.sched_getaffinity(0))
+    with (
+        on_processors(rest or {one}),
+        process("robot-sim", "--url", url, "--scenario", "run"),
+        on_processors({one}),
+        process("tick_never_ends", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING, module=BROKEN) as deployer,
+        on_processors(rest or {one}),
+        hearing(url) as ear,
+    ):
+        wait_for(lambda: ear.mode == "running", "running")
+        time.sleep(0.5)
+        guard, when = deployer.guard(), time.monotonic()
+        deployer.process.send_signal(signal.SIGUSR1)
+        time.sleep(1.0)
+        assert ear.mode == "damping", deployer.words()
+        assert ear.first_damping(when) - when < WATCHDOG_S
+        assert ear.longest_gap(when) < WATCHDOG_S
         os.kill(guard, signal.SIGTERM)
 
 
