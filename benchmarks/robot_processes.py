@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
@@ -26,12 +27,25 @@ QUICK_STAND = (
 
 
 class Command:
-    """A command as a process. Its words go to a file, which a watchdog that outlives it may hold open."""
+    """A command as a process. Its words go to a file, which a watchdog that outlives it may hold open.
 
-    def __init__(self, arguments: Sequence[object], module: str = "symdyn") -> None:
+    Args:
+        arguments: of the command.
+        module: that is run.
+        terminal: whether it is to find a terminal and draw on it; what it draws is thrown away.
+    """
+
+    def __init__(self, arguments: Sequence[object], module: str = "symdyn", terminal: bool = False) -> None:
         self._words = tempfile.TemporaryFile("w+")  # noqa: SIM115
         command = [sys.executable, "-m", module, *map(str, arguments)]
-        self.process = subprocess.Popen(command, stdout=self._words, stderr=subprocess.STDOUT)
+        if not terminal:
+            self.process = subprocess.Popen(command, stdout=self._words, stderr=subprocess.STDOUT)
+            return
+        screen, end = os.openpty()
+        environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "40"}
+        self.process = subprocess.Popen(command, stdout=end, stderr=self._words, env=environment)
+        os.close(end)
+        threading.Thread(target=_read_off, args=(screen,), daemon=True).start()
 
     def ends(self, within: float) -> tuple[int, str]:
         """Wait for its end: the exit code and what it said."""
@@ -51,14 +65,24 @@ class Command:
 
     def guard(self) -> int:
         """Its watchdog's process number."""
-        pid = self.process.pid
-        return int(Path(f"/proc/{pid}/task/{pid}/children").read_text().split()[0])
+        pids = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
+        return next(int(pid) for pid in pids if b"hardware.watchdog" in Path(f"/proc/{pid}/cmdline").read_bytes())
+
+
+def _read_off(screen: int) -> None:
+    try:
+        while os.read(screen, 65536):
+            pass
+    except OSError:  # nobody has the other end open any more
+        pass
+    finally:
+        os.close(screen)
 
 
 @contextmanager
-def process(*arguments: object, module: str = "symdyn") -> Iterator[Command]:
-    """A command, killed with its watchdog if they are still there at the end."""
-    its = Command(arguments, module)
+def process(*arguments: object, module: str = "symdyn", terminal: bool = False) -> Iterator[Command]:
+    """A command, as :class:`Command` says, killed with its watchdog if they are still there at the end."""
+    its = Command(arguments, module, terminal)
     try:
         yield its
     finally:

@@ -72,7 +72,7 @@ def main() -> None:
         on_processors(robots),
         process("robot-sim", "--url", args.url, "--scenario", "run") as robot,
         on_processors(deployers),
-        process("deploy", policy_path(), "--url", args.url, "--log", log) as deployer,
+        process("deploy", policy_path(), "--url", args.url, "--log", log, terminal=True) as deployer,
     ):
         time.sleep(_WARM_UP_S)
         seen = _watched(robot, deployer, args.seconds, progress)
@@ -132,7 +132,7 @@ def _found(ticks: list[controller_tick_lcmt], seen: _Seen, robots: int, deployer
     gaps = [(times[k], times[k + 1], lost[k]) for k in np.flatnonzero(lost)]
     stolen = sum(number for a, b, number in gaps if any(a - _LOOK_S < end and begin < b for begin, end in thefts))
     off = times - times[0] - _TICK_S * deadlines
-    off -= off.min()
+    off -= np.median(off)  # most are on time
     minute = round(60.0 * TICK_HZ)
     return {
         "ticks": len(ticks),

@@ -28,6 +28,7 @@ from hardware.link import Link
 from hardware.readings import Targets
 from hardware.session import Session, sha256
 from hardware.settings import TICK_HZ, Settings
+from hardware.status import Status, Timing
 from hardware.tick_record import record
 from hardware.watchdog import guardian_of
 from symdyn.errors import ResourceProblem
@@ -57,23 +58,6 @@ class Options:
     log: Path | None = None
     dry: bool = False
     realtime: bool = True
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Of the last seconds, for the display; s.
-
-    Attributes:
-        lateness: of ticks after their deadlines.
-        compute: of a tick from waking to having sent.
-        state_age: of the older of joints and IMU when it was used.
-        overruns: ticks that began more than a tick late, since the start.
-    """
-
-    lateness: tuple[float, ...]
-    compute: tuple[float, ...]
-    state_age: tuple[float, ...]
-    overruns: int
 
 
 class Deployer:
@@ -146,17 +130,17 @@ class Deployer:
             gc.enable()
         return int(any(fault.name not in ("stop_requested", "emergency_stop") for fault in self.faults))
 
-    @property
-    def timing(self) -> Timing:
-        """Of the last ticks."""
-        columns = tuple(zip(*tuple(self._timing), strict=True)) or ((), (), ())
-        return Timing(columns[0], columns[1], columns[2], self._loop.overruns)
-
-    @property
-    def log_failure(self) -> str | None:
-        """Why the log is no longer written, or None."""
+    def status(self) -> Status:
+        """What there is to show of this moment."""
+        lateness, compute, age = tuple(zip(*tuple(self._timing), strict=True)) or ((), (), ())
+        granted = "ordinary scheduling" if self.realtime is None else str(self.realtime)
         failure = None if self._writer is None else self._writer.failure
-        return None if failure is None else str(failure)
+        return Status(
+            tick=self.latest,
+            timing=Timing(lateness, compute, age, self._loop.overruns, granted),
+            refused=sum(self.link.refused.values()),
+            log_failure=None if failure is None else str(failure),
+        )
 
     def _listen(self) -> None:
         time.sleep(LISTEN_S)

@@ -1,126 +1,115 @@
-"""What the operator sees: state, what to press next, gait, velocities, feet, timing, faults."""
+"""The terminal display, in a process of its own: a frame takes longer to draw than a tick, and holds the interpreter's
+lock meanwhile.
+
+    python -m hardware.display --pipe FD
+
+It draws what comes through the pipe: Controls first, then whenever there is one a Status, or a record of the log.
+"""
 
 from __future__ import annotations
 
+import argparse
+import logging
+import subprocess
+import sys
 import threading
+from collections.abc import Callable, Sequence
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 
-import numpy as np
-from rich.console import Console
 from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
-from hardware.controller import State, Tick
-from hardware.deployer import Deployer
-from hardware.faults import FAULTS
-from symdyn.legs import LEGS
+from hardware.status import Controls, Status
+from hardware.status_table import table
+from symdyn.console import log_to, make_console
 
 _PERIOD = 0.2
-_COLOURS = {State.PASSIVE: "cyan", State.STAND: "yellow", State.RUN: "green", State.DAMP: "red"}
+_PATIENCE_S = 2.0
 
 
 class Display:
-    """A table on the terminal, drawn anew five times a second by a thread; nothing where there is no terminal.
+    """The deployer's end. Whatever becomes of the process that draws, control goes on.
 
     Args:
-        deployer: to show.
-        console: to draw on.
-        keyboard: whether keys stand in for the joystick.
+        status: makes what is to be shown.
+        controls: to say which button does what.
     """
 
-    def __init__(self, deployer: Deployer, console: Console, keyboard: bool = False) -> None:
-        self._deployer, self._console, self._keyboard = deployer, console, keyboard
+    def __init__(self, status: Callable[[], Status], controls: Controls) -> None:
+        self._status = status
+        read, self._pipe = Pipe(duplex=False)
+        self._sending = threading.Lock()
+        # a session of its own: Ctrl-C in the terminal must not reach it
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "hardware.display", "--pipe", str(read.fileno())],
+            pass_fds=(read.fileno(),), stdin=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+        read.close()
+        self.send(controls)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="display", daemon=True)
+        self._thread.start()
 
-    def start(self) -> None:
-        """Begin to draw."""
-        if self._console.is_terminal:
-            self._thread.start()
+    def send(self, what: Controls | Status | logging.LogRecord) -> bool:
+        """Show something; whether there is still somebody to draw it. Waits for a terminal that is stopped."""
+        try:
+            with self._sending:
+                self._pipe.send(what)
+        except OSError:
+            return False
+        return True
 
     def close(self) -> None:
         """Draw no more."""
         self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(timeout=1.0)
+        self._thread.join(_PATIENCE_S)
+        if self._thread.is_alive():  # the terminal is stopped
+            self._process.kill()
+        with self._sending:
+            self._pipe.close()
+        try:
+            self._process.wait(_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
 
     def _run(self) -> None:
-        with Live(console=self._console, auto_refresh=False) as live:
-            while not self._stop.wait(_PERIOD):
-                live.update(table(self._deployer, self._keyboard), refresh=True)
+        while not self._stop.wait(_PERIOD) and self.send(self._status()):
+            pass
 
 
-def table(deployer: Deployer, keyboard: bool = False) -> Table:
-    """The table of this moment."""
-    rows = Table.grid(padding=(0, 2))
-    rows.add_column(style="dim", justify="right")
-    rows.add_column()
-    tick = deployer.latest
-    if tick is None:
-        rows.add_row("state", "starting")
-        return rows
-    state = Text(tick.state.value.upper(), style=f"bold {_COLOURS[tick.state]}")
-    if deployer.options.dry:
-        state.append("  dry run: nothing is sent", style="yellow")
-    rows.add_row("state", state)
-    rows.add_row("next", _next(tick, deployer, keyboard))
-    v_x, v_y, yaw_rate = tick.velocity_command
-    rows.add_row("gait", f"{tick.gait.name}   period {tick.period:.3f} s   duty factor {tick.duty:.2f}")
-    rows.add_row("commanded", f"{v_x:+.2f} m/s forward   {v_y:+.2f} m/s left   {yaw_rate:+.2f} rad/s")
-    if tick.estimate is not None:
-        v_x, v_y, yaw_rate = tick.estimate.velocity_h
-        rows.add_row("estimated", f"{v_x:+.2f} m/s forward   {v_y:+.2f} m/s left   {yaw_rate:+.2f} rad/s")
-    rows.add_row("feet", _feet(tick))
-    for name, text in _timing(deployer):
-        rows.add_row(name, text)
-    refused = sum(deployer.link.refused.values())
-    if refused:
-        rows.add_row("refused", Text(f"{refused} messages of a wrong type or length", style="yellow"))
-    if deployer.log_failure is not None:
-        rows.add_row("log", Text(f"ended: {deployer.log_failure}", style="red"))
-    if tick.fault is not None:
-        kind = FAULTS[tick.fault.name]
-        rows.add_row("fault", Text(str(tick.fault), style="bold red" if tick.state is State.DAMP else "yellow"))
-        rows.add_row("", f"{kind.means}; {kind.help}")
-    return rows
+class DisplayHandler(logging.Handler):
+    """Sends the log to a display; once that is gone, to the handlers that there were before."""
+
+    def __init__(self, display: Display, before: Sequence[logging.Handler]) -> None:
+        super().__init__()
+        self._display, self._before = display, before
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record, which QueueHandler.prepare has made fit to be sent."""
+        if not self._display.send(record):
+            for handler in self._before:
+                handler.handle(record)
 
 
-def _next(tick: Tick, deployer: Deployer, keyboard: bool) -> str:
-    joystick = deployer.controller.settings.joystick
-    on = "Enter" if keyboard else joystick.next_state
-    stop = "space" if keyboard else " or ".join(joystick.stop)
-    off = "p" if keyboard else joystick.to_passive
-    match tick.state:
-        case State.PASSIVE:
-            return f"{on}: stand up" if tick.ready else "not ready: see fault"
-        case State.STAND:
-            return f"{on}: run   {stop}: stop" if tick.ready else f"standing up, testing joints   {stop}: stop"
-        case State.RUN:
-            return f"sticks and buttons: velocity and gait   {stop}: stop"
-        case _:
-            return f"{off}: end the damping (the robot has come down?)"
+def main(arguments: list[str] | None = None) -> int:
+    """The process. Returns 0."""
+    parser = argparse.ArgumentParser(description="Draws the state of a deployer. Started by symdyn deploy.")
+    parser.add_argument("--pipe", required=True, type=int, help="file descriptor of the pipe from the deployer")
+    pipe = Connection(parser.parse_args(arguments).pipe, writable=False)
+    console = make_console()
+    log_to(console)
+    try:
+        controls = pipe.recv()
+        with Live(console=console, auto_refresh=False) as live:
+            while True:
+                what = pipe.recv()
+                if isinstance(what, logging.LogRecord):
+                    logging.getLogger(what.name).handle(what)
+                else:
+                    live.update(table(what, controls), refresh=not pipe.poll())  # of two that wait, the newer
+    except EOFError:
+        return 0
 
 
-def _feet(tick: Tick) -> Text:
-    text = Text()
-    for leg, contact, desired in zip(LEGS, tick.contact, tick.desired_stance, strict=True):
-        mark = "●" if contact else "○"
-        meant = tick.state is not State.RUN or contact == desired
-        text.append(f"{leg} {mark}  ", style="" if meant else "yellow")
-    text.append("on the ground ●, in the air ○; yellow: not as the gait has it", style="dim")
-    return text
-
-
-def _timing(deployer: Deployer) -> list[tuple[str, str]]:
-    timing = deployer.timing
-    if not timing.compute:
-        return []
-    rows = []
-    for name, values in (
-        ("late by", timing.lateness),
-        ("computed in", timing.compute),
-        ("state aged", timing.state_age),
-    ):
-        p50, p99, most = 1e3 * np.array([*np.percentile(values, (50, 99), method="higher"), max(values)])
-        rows.append((name, f"{p50:6.2f} ms median   {p99:6.2f} ms p99   {most:6.2f} ms max"))
-    return [*rows, ("overruns", f"{timing.overruns}   ({deployer.realtime or 'ordinary scheduling'})")]
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -16,11 +16,12 @@ import tyro
 
 from hardware.contact_calibration import FootCalibration
 from hardware.deployer import Deployer, Options
-from hardware.display import Display
+from hardware.display import Display, DisplayHandler
 from hardware.keyboard import KEYS, Keyboard
 from hardware.link import DEFAULT_URL
 from hardware.readings import BUTTONS
 from hardware.settings import Settings
+from hardware.status import Controls
 from symdyn.console import log_to, make_console
 from symdyn.policy import Policy
 
@@ -82,15 +83,17 @@ def run(arguments: Sequence[str]) -> int:
     deployer = Deployer(policy, args.policy, settings, options, args.keyboard)
     keyboard = Keyboard(deployer.link, settings.joystick) if args.keyboard else None
     console.print(f"{args.policy.name} at {url}" + (", dry run: nothing is sent" if args.dry_run else "."))
-    listener = _log_from_a_thread()
-    display = Display(deployer, console, args.keyboard)
+    display = None
+    if console.is_terminal:
+        display = Display(deployer.status, Controls(settings.joystick, args.keyboard, args.dry_run))
+    listener = _log_from_a_thread(display)
     try:
         if keyboard is not None:
             keyboard.start()
-        display.start()
         code = deployer.run()
     finally:
-        display.close()
+        if display is not None:
+            display.close()
         if keyboard is not None:
             keyboard.close()
         listener.stop()
@@ -101,11 +104,12 @@ def run(arguments: Sequence[str]) -> int:
     return code
 
 
-def _log_from_a_thread() -> logging.handlers.QueueListener:
+def _log_from_a_thread(display: Display | None) -> logging.handlers.QueueListener:
     """Let a thread of its own write the log to the terminal, which may block; the loop only queues it."""
     root = logging.getLogger()
+    handlers = root.handlers if display is None else [DisplayHandler(display, root.handlers)]
     waiting: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
-    listener = logging.handlers.QueueListener(waiting, *root.handlers)
+    listener = logging.handlers.QueueListener(waiting, *handlers)
     root.handlers = [logging.handlers.QueueHandler(waiting)]
     listener.start()
     return listener

@@ -93,6 +93,7 @@ class TargetMonitor:
         self.longest_gap = max(self.longest_gap, now - (now if self.last is None else self.last))
         self.last = now
         self._recent.append(now)
+        self._forget(now)
         targets = Targets.of(message)
         if not all(np.isfinite(array).all() for array in (targets.pos, targets.kp, targets.kd)):
             self.not_finite += 1
@@ -112,9 +113,12 @@ class TargetMonitor:
 
     def rate(self, now: float) -> float:
         """Targets in the last second."""
+        self._forget(now)
+        return float(len(self._recent))
+
+    def _forget(self, now: float) -> None:
         while self._recent and self._recent[0] <= now - 1.0:
             self._recent.popleft()
-        return float(len(self._recent))
 
     def _keep(self, ring: int, joints: Joints) -> None:
         self._states[:, ring, self._counts[ring] % MEMORY] = joints.pos, joints.vel

@@ -127,11 +127,11 @@ def test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_its
     url = multicast_url()
     one, *rest = sorted(os.sched_getaffinity(0))
     with (
-        on_processors(rest or {one}),
+        on_processors(set(rest) or {one}),
         process("robot-sim", "--url", url, "--scenario", "run"),
         on_processors({one}),
         process("tick_never_ends", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING, module=BROKEN) as deployer,
-        on_processors(rest or {one}),
+        on_processors(set(rest) or {one}),
         hearing(url) as ear,
     ):
         wait_for(lambda: ear.mode == "running", "running")
