@@ -24,7 +24,7 @@ import tyro
 from rich.progress import Progress
 
 from benchmarks.broken_deployer import DEFECTS
-from benchmarks.robot_processes import QUICK_STAND, Command, hearing, process
+from benchmarks.robot_processes import QUICK_STAND, WATCHDOG, Command, hearing, process
 from hardware.controller import Controller, State
 from hardware.robot_sim.faults import FAULTS
 from hardware.robot_sim.lockstep import Lockstep, Moment
@@ -161,7 +161,7 @@ def _as_processes(cell: dict[str, Any]) -> dict[str, Any]:
         time.sleep(wait)
         if ear.mode != wanted:  # stalls of the machine can damp the robot before anything is done to it
             raise RuntimeError(f"When the fault was due, the robot was {ear.mode}, not {wanted}: {deployer.words()}")
-        guard = deployer.guard()
+        guard = deployer.child(WATCHDOG)
         began = time.monotonic()
         if name == _WATCHDOG_KILLED:
             os.kill(guard, signal.SIGKILL)

@@ -26,13 +26,17 @@ QUICK_STAND = (
 """Options of symdyn deploy that stand up in 2.2 s."""
 
 
+WATCHDOG, DISPLAY = "hardware.watchdog", "hardware.display"
+"""Modules of which symdyn deploy starts processes."""
+
+
 class Command:
     """A command as a process. Its words go to a file, which a watchdog that outlives it may hold open.
 
     Args:
         arguments: of the command.
         module: that is run.
-        terminal: whether it is to find a terminal and draw on it; what it draws is thrown away.
+        terminal: whether it is to find a terminal; what it draws there is among its words.
     """
 
     def __init__(self, arguments: Sequence[object], module: str = "symdyn", terminal: bool = False) -> None:
@@ -43,9 +47,9 @@ class Command:
             return
         screen, end = os.openpty()
         environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "40"}
-        self.process = subprocess.Popen(command, stdout=end, stderr=self._words, env=environment)
+        self.process = subprocess.Popen(command, stdout=end, stderr=end, env=environment)
         os.close(end)
-        threading.Thread(target=_read_off, args=(screen,), daemon=True).start()
+        threading.Thread(target=_read_off, args=(screen, self._words.fileno()), daemon=True).start()
 
     def ends(self, within: float) -> tuple[int, str]:
         """Wait for its end: the exit code and what it said."""
@@ -63,16 +67,16 @@ class Command:
         with Path(f"/proc/self/fd/{self._words.fileno()}").open() as again:  # from the start, at a place of its own
             return again.read()
 
-    def guard(self) -> int:
-        """Its watchdog's process number."""
+    def child(self, module: str) -> int:
+        """The number of the process that it has started of a module."""
         pids = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        return next(int(pid) for pid in pids if b"hardware.watchdog" in Path(f"/proc/{pid}/cmdline").read_bytes())
+        return next(int(pid) for pid in pids if module.encode() in Path(f"/proc/{pid}/cmdline").read_bytes())
 
 
-def _read_off(screen: int) -> None:
+def _read_off(screen: int, file: int) -> None:
     try:
-        while os.read(screen, 65536):
-            pass
+        while drawn := os.read(screen, 65536):
+            os.write(file, drawn)
     except OSError:  # nobody has the other end open any more
         pass
     finally:

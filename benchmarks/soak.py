@@ -19,7 +19,7 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
-from benchmarks.robot_processes import Command, on_processors, process
+from benchmarks.robot_processes import WATCHDOG, Command, on_processors, process
 from hardware.channels import TICK
 from hardware.controller import State
 from hardware.event_log import LogReader
@@ -105,7 +105,7 @@ class _Seen:
 
 
 def _watched(robot: Command, deployer: Command, seconds: float, progress: Progress) -> _Seen:
-    pids = {"deployer": deployer.process.pid, "watchdog": deployer.guard(), "robot_sim": robot.process.pid}
+    pids = {"deployer": deployer.process.pid, "watchdog": deployer.child(WATCHDOG), "robot_sim": robot.process.pid}
     seen = _Seen({name: [] for name in pids})
     begun = time.monotonic()
     task = progress.add_task("trot", total=seconds)

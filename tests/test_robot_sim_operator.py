@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -192,6 +193,16 @@ class TestMonitor:
         assert monitor.history == [(10.0, "standing"), (10.3, "running")]
         assert monitor.rate(10.4) == 4.0
         assert monitor.rate(11.2) == 2.0
+
+    def test_it_does_not_grow_with_time(self):
+        monitor = watching(joints())
+
+        def size_after(seconds: float) -> int:
+            while monitor.count < 200 * seconds:
+                monitor.received(monitor.count / 200, message())
+            return len(pickle.dumps(monitor))
+
+        assert size_after(2.0) == pytest.approx(size_after(20.0), rel=0.01)
 
     @given(st.floats(-3.0, 4.0), st.floats(0.1, 100.0))
     def test_targets_beyond_the_range_are_measured(self, pos, kp):

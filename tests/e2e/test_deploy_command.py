@@ -16,7 +16,7 @@ import pytest
 from command_in_process import symdyn
 from lcm_urls import multicast_url
 
-from benchmarks.robot_processes import QUICK_STAND, Command, Ear, hearing, on_processors, process
+from benchmarks.robot_processes import DISPLAY, QUICK_STAND, WATCHDOG, Command, Ear, hearing, on_processors, process
 from rl.pretrained import policy_path
 from symdyn.gaits import PAPER_GAITS
 from symdyn.policy import METADATA_KEY
@@ -105,7 +105,7 @@ def test_a_signal_damps_and_a_second_one_ends(number: signal.Signals, mode: str)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_the_watchdog_damps_when_the_deployer_is_killed_or_hangs(number: signal.Signals, mode: str) -> None:
     with running(mode) as (deployer, ear):
-        guard = deployer.guard()
+        guard = deployer.child(WATCHDOG)
         when = time.monotonic()
         deployer.process.send_signal(number)
         wait_for(lambda: ear.mode == "damping", "damping")
@@ -123,6 +123,31 @@ def test_the_watchdog_damps_when_the_deployer_is_killed_or_hangs(number: signal.
         os.kill(guard, signal.SIGTERM)
 
 
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_what_becomes_of_the_display_does_not_matter_to_the_robot(number: signal.Signals) -> None:
+    url = multicast_url()
+    with (
+        process("robot-sim", "--url", url, "--scenario", "run"),
+        process("deploy", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING, terminal=True) as deployer,
+        hearing(url) as ear,
+    ):
+        wait_for(lambda: ear.mode == "running", "running")
+        wait_for(lambda: "stand -> run" in deployer.words(), "the log")
+        wait_for(lambda: "m/s forward" in deployer.words(), "the table")
+        display = deployer.child(DISPLAY)
+        when = time.monotonic()
+        os.kill(display, number)  # a stopped one fills its pipe, like a terminal that nobody reads
+        time.sleep(3.0)
+        assert ear.mode == "running"
+        assert ear.longest_gap(when) < WATCHDOG_S
+        deployer.process.send_signal(signal.SIGTERM)
+        wait_for(lambda: ear.mode == "damping", "damping")
+        deployer.process.send_signal(signal.SIGTERM)
+        code, words = deployer.ends(within=15.0)
+        assert code == 0, words
+        assert "Damped for: stop_requested" in words
+
+
 def test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_itself() -> None:
     url = multicast_url()
     one, *rest = sorted(os.sched_getaffinity(0))
@@ -136,7 +161,7 @@ def test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_its
     ):
         wait_for(lambda: ear.mode == "running", "running")
         time.sleep(0.5)
-        guard, when = deployer.guard(), time.monotonic()
+        guard, when = deployer.child(WATCHDOG), time.monotonic()
         deployer.process.send_signal(signal.SIGUSR1)
         time.sleep(1.0)
         assert ear.mode == "damping", deployer.words()
