@@ -3,7 +3,7 @@
 A tick is lost if its deadline passed before the one before it was done; one that begins between its deadline and the
 next is late. Deployer and simulated robot get a processor each, as if they were two computers. On a virtual machine
 the hypervisor may take the processors away; the kernel counts that ("steal" in proc_stat(5)), and ticks lost then are
-told from the others.
+told from the others. What the machine does by itself, a loop without a deployer tells.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from symdyn.files import write_json
 _TICK_S = 1.0 / TICK_HZ
 _LOOK_S = 0.1
 _MEMORY_S = 10.0
+_BARE_S = 60.0
 _WARM_UP_S = 30.0
 """s in which all is loaded and the robot stands up."""
 
@@ -48,7 +49,7 @@ class Arguments:
 
     Attributes:
         out: the JSON file to write; the event log comes beside it.
-        seconds: how long.
+        seconds: how long; two minutes and a half come on top.
         url: of LCM.
     """
 
@@ -67,6 +68,8 @@ def main() -> None:
     if len(os.sched_getaffinity(0)) < 2:
         raise SystemExit("This takes two processors.")
     robots, deployers = ({number} for number in sorted(os.sched_getaffinity(0))[:2])
+    console.print(f"First and last, for {_BARE_S:g} s each, the machine by itself.")
+    bare = _bare(robots, deployers)
     with (
         Progress(console=console) as progress,
         on_processors(robots),
@@ -79,6 +82,7 @@ def main() -> None:
         deployer.damps_and_ends(within=20.0)
     ticks = [event.message() for event in LogReader(log) if event.channel == TICK]
     found = _found(ticks, seen, min(robots), min(deployers))
+    found["bare_loop"] = [bare, _bare(robots, deployers)]
     write_json(args.out, found)
     console.print(found)
     console.print(f"Wrote {args.out} and {log}.")
@@ -157,6 +161,20 @@ def _found(ticks: list[controller_tick_lcmt], seen: _Seen, robots: int, deployer
             "last_minute": _percentiles([tick.compute for tick in running[-minute:]]),
         },
     }
+
+
+def _bare(robots: set[int], deployers: set[int]) -> dict[str, int]:
+    """What the deployer's processor does to a loop without a deployer, while the robot's is as busy."""
+    with (
+        on_processors(robots),
+        process(_BARE_S, module="benchmarks.bare_loop"),
+        on_processors(deployers),
+        process(_BARE_S, module="benchmarks.bare_loop") as loop,
+    ):
+        code, words = loop.ends(within=2.0 * _BARE_S)
+    if code:
+        raise RuntimeError(words)
+    return dict(zip(("deadlines", "lost"), map(int, words.split()), strict=True))
 
 
 def _percentiles(seconds: list[float]) -> dict[str, float] | None:

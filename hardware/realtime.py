@@ -10,7 +10,8 @@ from pathlib import Path
 
 PRIORITY = 20
 """Of every thread of a process. The interpreter's lock does not lend its holder the priority of those who wait for it,
-so a thread of a lower one that holds it would be kept from running by the very loop that waits."""
+so a thread of a lower one that holds it would be kept from running by the very loop that waits. Among equals one that
+works is not interrupted, so what takes a good part of a tick, such as drawing, belongs in another process."""
 
 WATCHDOG_PRIORITY = PRIORITY + 1
 """A deployer that never gives its processor back must not keep its watchdog from running."""
@@ -24,7 +25,7 @@ class Granted:
     """What the operating system gave.
 
     Attributes:
-        priority: first-in-first-out scheduling of every thread; takes root or CAP_SYS_NICE.
+        priority: first-in-first-out scheduling of every thread; takes root, CAP_SYS_NICE or RLIMIT_RTPRIO.
         awake: idle processors wait instead of sleeping; takes a writable /dev/cpu_dma_latency (root, usually).
     """
 

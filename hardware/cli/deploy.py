@@ -40,8 +40,8 @@ class DeployArguments:
         dry_run: compute and log, but send nothing to the robot.
         feet: thresholds of the feet's force sensors, from symdyn calibrate-feet; --contact.thresholds if left out.
         keyboard: keys stand in for the joystick; the list is below.
-        realtime: ask for real-time scheduling (root or CAP_SYS_NICE) and idle processors that stay awake (a writable
-            /dev/cpu_dma_latency; they draw more power); without it, it runs all the same, less punctually.
+        realtime: ask for real-time scheduling and for idle processors that stay awake (they draw more power).
+            docs/robot.md says how to get the right; without it, it runs all the same, less punctually.
         settings: limits, gains, buttons.
     """
 
