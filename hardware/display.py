@@ -62,11 +62,12 @@ class Display:
     def close(self) -> None:
         """Draw no more."""
         self._stop.set()
-        self._thread.join(_PATIENCE_S)
-        if self._thread.is_alive():  # the terminal is stopped
+        if not self._sending.acquire(timeout=_PATIENCE_S):  # the terminal is stopped, and with it who sends
             self._process.kill()
-        with self._sending:
-            self._pipe.close()
+            self._sending.acquire()
+        self._pipe.close()
+        self._sending.release()
+        self._thread.join()
         try:
             self._process.wait(_PATIENCE_S)
         except subprocess.TimeoutExpired:
