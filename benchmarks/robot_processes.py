@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence, Set
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from typing import IO
 
 from hardware.channels import TARGETS
 from hardware.link import Link
@@ -29,6 +30,8 @@ QUICK_STAND = (
 WATCHDOG, DISPLAY = "hardware.watchdog", "hardware.display"
 """Modules of which symdyn deploy starts processes."""
 
+_LAST_WORDS_S = 1.0
+
 
 class Command:
     """A command as a process. Its words go to a file, which a watchdog that outlives it may hold open.
@@ -42,6 +45,7 @@ class Command:
     def __init__(self, arguments: Sequence[object], module: str = "symdyn", terminal: bool = False) -> None:
         self._words = tempfile.TemporaryFile("w+")  # noqa: SIM115
         command = [sys.executable, "-m", module, *map(str, arguments)]
+        self._reader: threading.Thread | None = None
         if not terminal:
             self.process = subprocess.Popen(command, stdout=self._words, stderr=subprocess.STDOUT)
             return
@@ -49,11 +53,15 @@ class Command:
         environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "40"}
         self.process = subprocess.Popen(command, stdout=end, stderr=end, env=environment)
         os.close(end)
-        threading.Thread(target=_read_off, args=(screen, self._words.fileno()), daemon=True).start()
+        self._reader = threading.Thread(target=_read_off, args=(screen, self._words), daemon=True)
+        self._reader.start()
 
     def ends(self, within: float) -> tuple[int, str]:
         """Wait for its end: the exit code and what it said."""
-        return self.process.wait(within), self.words()
+        code = self.process.wait(within)
+        if self._reader is not None:
+            self._reader.join(_LAST_WORDS_S)
+        return code, self.words()
 
     def damps_and_ends(self, within: float) -> tuple[int, str]:
         """End a deployer as an operator would: SIGTERM damps, another ends the damping. As :meth:`ends`."""
@@ -73,10 +81,10 @@ class Command:
         return next(int(pid) for pid in pids if module.encode() in Path(f"/proc/{pid}/cmdline").read_bytes())
 
 
-def _read_off(screen: int, file: int) -> None:
+def _read_off(screen: int, file: IO[str]) -> None:
     try:
         while drawn := os.read(screen, 65536):
-            os.write(file, drawn)
+            os.write(file.fileno(), drawn)
     except OSError:  # nobody has the other end open any more
         pass
     finally:

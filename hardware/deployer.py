@@ -138,7 +138,7 @@ class Deployer:
         return Status(
             tick=self.latest,
             timing=Timing(lateness, compute, age, self._loop.overruns, granted),
-            refused=sum(self.link.refused.values()),
+            refused=sum(tuple(self.link.refused.values())),  # a copy: another thread counts
             log_failure=None if failure is None else str(failure),
         )
 

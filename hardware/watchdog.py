@@ -35,6 +35,7 @@ SILENCE_S = 0.06
 """s; twelve ticks of the deployer, which would itself damp after three that are late."""
 
 PERIOD = 0.01
+"""s between two looks, and between two targets of its damping."""
 
 _PUNCTUAL_S = 0.02
 """s between two looks; after a longer pause of its own, what has arrived in it may not have been taken yet."""
