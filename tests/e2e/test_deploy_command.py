@@ -137,7 +137,7 @@ def test_what_becomes_of_the_display_does_not_matter_to_the_robot(number: signal
         display = deployer.child(DISPLAY)
         when = time.monotonic()
         os.kill(display, number)  # a stopped one fills its pipe, like a terminal that nobody reads
-        time.sleep(3.0)
+        time.sleep(2.0)
         assert ear.mode == "running"
         assert ear.longest_gap(when) < WATCHDOG_S
         deployer.process.send_signal(signal.SIGTERM)
