@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Result:
@@ -55,3 +57,9 @@ def in_turns(jobs: Sequence[Callable[[], object]], rounds: int) -> list[float]:
             if round_:
                 found.append(time.perf_counter() - start)
     return [median(found) for found in times]
+
+
+def spread(values: Sequence[float]) -> dict[str, float]:
+    """Median, 99th percentile and longest of values, and how many there are."""
+    p50, p99 = np.percentile(values, (50, 99)).tolist()
+    return {"p50": p50, "p99": p99, "max": float(max(values)), "n": float(len(values))}

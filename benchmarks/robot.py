@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.result import Result
+from benchmarks.result import Result, spread
 from benchmarks.robot_processes import QUICK_STAND, hearing, process
 from hardware.channels import TARGETS, TICK
 from hardware.controller import Controller, Inputs, State, Tick
@@ -63,7 +63,7 @@ def _decision() -> Result:
     world.run(_RUN_S)
     gc.enable()
     logging.disable(logging.NOTSET)
-    return Result("robot: policy and safety, to sending, p99", _p99(times), "ms", at_most=1.0, details=_spread(times))
+    return _p99("robot: policy and safety, to sending", times, at_most=1.0)
 
 
 def _session(how: str, load: int = 0) -> list[Result]:
@@ -93,10 +93,10 @@ def _session(how: str, load: int = 0) -> list[Result]:
     late = (1e3 * np.abs(np.diff([tick.time for tick in running]) - 1.0 / TICK_HZ)).tolist()
     busy = [1e3 * tick.compute for tick in running]
     return [
-        Result(f"robot, {how}: age of the state when used, p99", _p99(age), "ms", details=_spread(age)),
-        Result(f"robot, {how}: tick off its 5 ms, p99", _p99(late), "ms", details=_spread(late)),
-        Result(f"robot, {how}: from waking to new targets on the wire, p99", _p99(wire), "ms", details=_spread(wire)),
-        Result(f"robot, {how}: whole tick with estimate and log, p99", _p99(busy), "ms", details=_spread(busy)),
+        _p99(f"robot, {how}: age of the state when used", age),
+        _p99(f"robot, {how}: tick off its 5 ms", late),
+        _p99(f"robot, {how}: from waking to new targets on the wire", wire),
+        _p99(f"robot, {how}: whole tick with estimate and log", busy),
         Result(f"robot, {how}: overruns in {_RUN_S:g} s", float(running[-1].overruns - running[0].overruns), ""),
     ]
 
@@ -112,9 +112,7 @@ def _busy(number: int) -> Iterator[None]:
             load.wait()
 
 
-def _p99(values: list[float]) -> float:
-    return float(np.percentile(values, 99))
-
-
-def _spread(values: list[float]) -> dict[str, float]:
-    return {"p50": float(np.median(values)), "p99": _p99(values), "max": max(values), "n": float(len(values))}
+def _p99(name: str, values: list[float], at_most: float | None = None) -> Result:
+    """The 99th percentile of values in ms, with the others beside it."""
+    its = spread(values)
+    return Result(f"{name}, p99", its["p99"], "ms", at_most=at_most, details=its)

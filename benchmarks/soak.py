@@ -19,6 +19,7 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
+from benchmarks.result import spread
 from benchmarks.robot_processes import WATCHDOG, Command, on_processors, process
 from hardware.channels import TICK
 from hardware.controller import State
@@ -146,7 +147,7 @@ def _found(ticks: list[controller_tick_lcmt], seen: _Seen, robots: int, deployer
         "lost": int(lost.sum()),
         "lost_while_the_hypervisor_ran_others": int(stolen),
         "late_by_half_a_tick": int(np.sum(off > 0.5 * _TICK_S)),
-        "late_ms": _percentiles(off.tolist()),
+        "late_ms": _spread_ms(off.tolist()),
         "not_logged": ticks[-1].tick - ticks[0].tick + 1 - len(ticks),
         "grid_drift_ms": 1e3 * float(np.median(off[-minute:]) - np.median(off[:minute])),
         "stolen_s": {
@@ -155,10 +156,10 @@ def _found(ticks: list[controller_tick_lcmt], seen: _Seen, robots: int, deployer
         },
         "memory_mb": {name: {"first": its[0], "last": its[-1], "most": max(its)} for name, its in seen.memory.items()},
         "damped_for": next((tick.fault for tick in ticks if tick.state == State.DAMP), None),
-        "state_age_ms": _percentiles([tick.state_age for tick in running]),
+        "state_age_ms": _spread_ms([tick.state_age for tick in running]),
         "tick_compute_ms": {
-            "first_minute": _percentiles([tick.compute for tick in running[:minute]]),
-            "last_minute": _percentiles([tick.compute for tick in running[-minute:]]),
+            "first_minute": _spread_ms([tick.compute for tick in running[:minute]]),
+            "last_minute": _spread_ms([tick.compute for tick in running[-minute:]]),
         },
     }
 
@@ -177,11 +178,8 @@ def _bare(robots: set[int], deployers: set[int]) -> dict[str, int]:
     return dict(zip(("deadlines", "lost"), map(int, words.split()), strict=True))
 
 
-def _percentiles(seconds: list[float]) -> dict[str, float] | None:
-    if not seconds:
-        return None
-    values = 1e3 * np.array(seconds)
-    return {"p50": float(np.median(values)), "p99": float(np.percentile(values, 99)), "max": float(values.max())}
+def _spread_ms(seconds: list[float]) -> dict[str, float] | None:
+    return spread([1e3 * value for value in seconds]) if seconds else None
 
 
 def _resident_mb(pid: int) -> float:
