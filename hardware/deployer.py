@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from hardware import realtime
+from hardware import clock, realtime
 from hardware.channels import FROM_ROBOT, IMU, JOINTS, JOYSTICK, SESSION, TARGETS, TICK, TRUTH
 from hardware.controller import Controller, Inputs, Request, State, Tick
 from hardware.deadline_loop import DeadlineLoop
@@ -95,7 +95,7 @@ class Deployer:
         )
         self._writer = None if options.log is None else LogWriter(options.log)
         if self._writer is not None:
-            self._writer.append(SESSION, session.message().encode(), time.monotonic())
+            self._writer.append(SESSION, session.message().encode(), clock.now())
         self.latest: Tick | None = None
         self.faults: list[Fault] = []
         self.realtime: realtime.Granted | None = None
@@ -157,7 +157,7 @@ class Deployer:
         gc.disable()  # a full collection takes longer than a tick
 
     def _ticks(self) -> None:
-        self._loop = loop = DeadlineLoop(1.0 / TICK_HZ)
+        self._loop = loop = DeadlineLoop(1.0 / TICK_HZ, clock.now)
         before = State.PASSIVE
         while True:
             now = loop.wait()
@@ -201,7 +201,7 @@ class Deployer:
         message = targets.message(self._number, self.sender)
         data = message.encode() if self.options.dry else self.link.send(TARGETS, message)
         if self._writer is not None:
-            self._writer.append(TARGETS, data, time.monotonic())
+            self._writer.append(TARGETS, data, clock.now())
 
     def _note(self, now: float, inputs: Inputs, tick: Tick | None) -> None:
         age = float("inf") if tick is None else tick.state_age
@@ -211,7 +211,7 @@ class Deployer:
             if self._writer is not None:
                 message = record(now, inputs, tick, self._loop, self._number, self._compute)
                 self._writer.append(TICK, message.encode(), now)
-        self._compute = time.monotonic() - now
+        self._compute = clock.now() - now
 
     def _on_message(self, channel: str, data: bytes, arrival: float, number: int) -> None:
         if channel == TARGETS:

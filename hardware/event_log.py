@@ -86,7 +86,7 @@ class LogWriter:
         Args:
             channel: of the message.
             data: its bytes.
-            when: it was sent or received, s of time.monotonic().
+            when: it was sent or received, s of hardware.clock.
         """
         if self.failure is None:
             self._waiting.append((channel, data, when))

@@ -6,7 +6,6 @@ import errno
 import logging
 import socket
 import threading
-import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import lcm
 
+from hardware import clock
 from hardware.channels import MESSAGES, SELF_TEST, WrongMessage, decode, encode
 from symdyn.errors import InvalidValue, ResourceProblem
 
@@ -33,7 +33,7 @@ class Received:
 
     Attributes:
         message: decoded.
-        arrival: when it arrived, s of time.monotonic().
+        arrival: when it arrived, s of hardware.clock.
         number: how many of its channel have arrived, this one included.
     """
 
@@ -50,7 +50,7 @@ class Link:
     Args:
         url: as :func:`check_url` allows.
         channels: to receive.
-        on_message: called in the receiving thread with channel, bytes, arrival (s of time.monotonic()) and number for
+        on_message: called in the receiving thread with channel, bytes, arrival (s of hardware.clock) and number for
             every message that was taken.
 
     Attributes:
@@ -143,7 +143,7 @@ class Link:
 
     def take(self, channel: str, data: bytes) -> None:
         """Take bytes as if they had just arrived. Each channel is to be fed by one thread only."""
-        arrival = time.monotonic()
+        arrival = clock.now()
         try:
             message = decode(channel, data)
         except WrongMessage as error:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hardware.channels import FROM_ROBOT, IMU, JOINTS, JOYSTICK, SESSION, TARGETS, TICK, WrongMessage, decode
+from hardware.clock import whole_microseconds
 from hardware.controller import Controller, Inputs, Request, Tick
 from hardware.deadline_loop import DeadlineLoop
 from hardware.event_log import LoggedEvent, LogReader
@@ -27,14 +28,11 @@ from hardware.tick_record import record
 from symdyn.errors import FileProblem, PolicyMismatch
 from symdyn.policy import Policy
 
-_CLOCK = ("tick", "targets_number", "compute", "overruns", "state_age")
+_CLOCK = ("tick", "targets_number", "compute", "overruns")
 """Of a tick's fields those that tell of the deployer's clock and count, not of what the controller decided."""
 
 _LOOP = DeadlineLoop(1.0 / TICK_HZ)
 """Stands for the deployer's, whose numbers are not compared."""
-
-_AGE_TOLERANCE = 3e-6
-"""s; the log rounds the times of two events to a microsecond each."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +214,7 @@ def _received(
         del kept[old]
     event = kept[number]
     # both times went into the log by the same offset
-    return Received(event.message(), tick.time + (event.time - at.time), number)
+    return Received(event.message(), whole_microseconds(tick.time + (event.time - at.time)), number)
 
 
 def _compare(found: Replay, moment: _Moment, tick: Tick, sender: int) -> None:
@@ -227,8 +225,6 @@ def _compare(found: Replay, moment: _Moment, tick: Tick, sender: int) -> None:
         for name in controller_tick_lcmt.__slots__
         if name not in _CLOCK and not _same(getattr(logged, name), getattr(again, name))
     ]
-    if abs(logged.state_age - again.state_age) > _AGE_TOLERANCE:
-        differences.append(("state_age", logged.state_age, again.state_age))
     data = None if tick.targets is None else tick.targets.message(logged.targets_number, sender).encode()
     if moment.sent != data:
         targets = None if moment.sent is None else Targets.of(decode(TARGETS, moment.sent))

@@ -20,7 +20,7 @@ def record(
     """The message of a tick.
 
     Args:
-        now: when it was, s of time.monotonic().
+        now: when it was, s of hardware.clock.
         inputs: what it knew.
         tick: what it came to.
         loop: counts ticks and overruns.

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from lcm_urls import multicast_url
 
+from hardware import clock
 from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage
 from hardware.link import DEFAULT_URL, Link, check_url
 from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, rc_command_lcmt, state_estimator_lcmt
@@ -50,13 +51,13 @@ class TestTaking:
     def test_the_latest_message_is_at_hand_with_arrival_and_number(self):
         with running("memq://", TARGETS, JOINTS) as link:
             assert link.latest(TARGETS) is None
-            before = time.monotonic()
+            before = clock.now()
             for number in range(1, 4):
                 link.send(TARGETS, numbered(number))
             assert wait_for(lambda: (got := link.latest(TARGETS)) is not None and got.number == 3)
             received = link.latest(TARGETS)
             assert received is not None and received.message.id == 3
-            assert before <= received.arrival <= time.monotonic()
+            assert before <= received.arrival <= clock.now()
             assert link.latest(JOINTS) is None
 
     def test_every_message_is_reported_in_order_from_the_receiving_thread(self):

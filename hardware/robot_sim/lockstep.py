@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import cycle
 
 from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage, decode
+from hardware.clock import whole_microseconds
 from hardware.controller import Controller, Inputs, Request, Tick
 from hardware.link import Received
 from hardware.robot_sim.rig import Rig
@@ -62,7 +63,7 @@ class Lockstep:
         end = self.time + seconds
         while self.time < end - PERIOD / 2:
             for _ in range(next(self._periods)):
-                self.time += PERIOD
+                self.time = whole_microseconds(self.time + PERIOD)
                 for channel, data in self.rig.tick(self.time):
                     self._take(channel, data)
             latest = self._latest.get
