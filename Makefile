@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # pip takes every package at the version that CI ran
 PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
+# pip compiles nothing (a minute less), so Python has to keep what it compiles: torch anew takes every process 3 s
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help install demo test check docs bench messages clean
 
