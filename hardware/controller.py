@@ -150,6 +150,7 @@ class Controller:
         self.policy, self.settings, self._dry = policy, settings, dry
         robot = get_robot(meta.robot)
         kinematics = LegKinematics(robot)
+        self._kinematics = kinematics
         self.limits = JointLimits.of(robot)
         self.mass = kinematics.mass
         self._gaits = settings.joystick.gaits()
@@ -208,8 +209,8 @@ class Controller:
         targets = None
         if self.state is State.RUN and joints is not None and imu is not None:
             targets, acted = self._run(dt, asked, joints, imu)
-        elif self.state is State.STAND and joints is not None:
-            targets = self._stand_targets(now, dt, joints)
+        elif self.state is State.STAND and joints is not None and imu is not None:
+            targets = self._stand_targets(now, dt, joints, imu)
         if self.state is State.DAMP:  # from the start of this tick, or since a moment ago
             # joints that tell of a fault still tell how fast they are, and so how much damping their motors can give
             fresh = inputs.joints is not None and now - inputs.joints.arrival <= self.settings.safety.stale_s
@@ -248,7 +249,9 @@ class Controller:
                 self._enter(State.STAND, None)
                 self._began, self._stood = now, False
                 self._sent = joints.pos
-                self._stand = StandUp(joints.pos, self._stance, self.settings.stand, self.settings.safety)
+                self._stand = StandUp(
+                    joints.pos, self._stance, self.settings.stand, self.settings.safety, self._kinematics
+                )
             case State.STAND | State.RUN if fault is not None:
                 self._enter(State.DAMP, fault)
             case State.STAND if on and self._stood:
@@ -263,10 +266,10 @@ class Controller:
         _log.info("%s -> %s%s", self.state, state, f" ({fault})" if fault is not None else "")
         self.state, self._fault = state, fault
 
-    def _stand_targets(self, now: float, dt: float, joints: Joints) -> Targets:
+    def _stand_targets(self, now: float, dt: float, joints: Joints, imu: Imu) -> Targets:
         assert self._stand is not None
         time = now - self._began
-        self._stand.observe(time, joints)
+        self._stand.observe(time, joints, imu)
         if time >= self._stand.duration and not self._stood:
             verdict = None if self._dry else self._stand.verdict(joints)
             if verdict is not None:

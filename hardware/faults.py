@@ -103,6 +103,13 @@ FAULTS: dict[str, FaultKind] = {
             "which joint is in the message; check order and signs of the bridge",
         ),
         FaultKind(
+            "leg_order",
+            "while a knee is moved at stand, the trunk tilts the other way than the legs say, by more than "
+            "{tilt_against} of it",
+            "legs are exchanged in state and commands alike, or the IMU's axes or quaternion are others",
+            "move the joints and tilt the trunk by hand in Passive; check order of legs and quaternion of the bridge",
+        ),
+        FaultKind(
             "not_standing",
             "at the end of Stand a joint is off by more than {stand_error} rad",
             "the robot is blocked, carried or too heavy",

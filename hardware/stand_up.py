@@ -1,13 +1,17 @@
-"""From wherever the joints are to the stance, slowly; then every joint is moved a little, to see that it answers."""
+"""From wherever the joints are to the stance, slowly; then every joint is moved a little, to see what answers."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from hardware.faults import Fault
-from hardware.readings import Floats, Joints, Targets
+from hardware.leg_kinematics import LegKinematics
+from hardware.leg_order import AXES, LegOrder
+from hardware.readings import Floats, Imu, Joints, Targets
 from hardware.settings import SafetyConfig, StandConfig
-from symdyn.legs import JOINTS
+from symdyn.legs import JOINTS, LEGS
+
+_KNEES = {f"{leg}_calf": leg for leg in LEGS}
 
 
 class StandUp:
@@ -17,23 +21,28 @@ class StandUp:
     ramp up; ``settle_s`` of rest; then the target of each joint in turn goes ``wiggle`` up and back in ``wiggle_s``.
 
     On its feet the robot is a closed chain: the joint itself moves by a tenth to a half of the wiggle, and others with
-    it. But the motor's law holds for every joint by itself, torque = kp (target - q) - kd qd. So the target that a
-    joint obeys can be told from its state, q + torque / kp (qd, odd about the middle of the wiggle, cancels); that of
-    the wiggled joint must move as it was told, and no other. If state or commands come in another order than they go
-    out, or with another sign, another joint answers, or none.
+    it. But the motor's law holds for every joint by itself, torque = kp (target - q) - kd qd, on the floor as in a
+    harness. So the target that a joint obeys can be told from its state, q + (torque + kd qd) / kp; that of the wiggled
+    joint must move as it was told, and no other. If state or commands come in another order than they go out, or with
+    another sign, another joint answers, or none. What is exchanged in both alike shows in how the trunk tilts
+    (:class:`hardware.leg_order.LegOrder`).
 
     Args:
         start: (12,) rad, the measured pose.
         stance: (12,) rad, where to end.
         config: times and gains.
         safety: size of the wiggle, and what counts as an answer.
+        kinematics: of the robot.
     """
 
-    def __init__(self, start: Floats, stance: Floats, config: StandConfig, safety: SafetyConfig) -> None:
+    def __init__(
+        self, start: Floats, stance: Floats, config: StandConfig, safety: SafetyConfig, kinematics: LegKinematics
+    ) -> None:
         self._start, self._stance = start.copy(), stance.copy()
         self._config, self._safety = config, safety
         self._wiggle_from = config.rise_s + config.settle_s
         self._seen: list[list[tuple[float, Floats]]] = [[] for _ in JOINTS]
+        self._leg_order = LegOrder(kinematics)
 
     @property
     def duration(self) -> float:
@@ -52,12 +61,15 @@ class StandUp:
         ones = np.ones(len(JOINTS))
         return Targets(pos=pos, kp=ramp * self._config.kp * ones, kd=ramp * self._config.kd * ones)
 
-    def observe(self, time: float, joints: Joints) -> None:
-        """Take note of the joints ``time`` s after the start."""
+    def observe(self, time: float, joints: Joints, imu: Imu) -> None:
+        """Take note of joints and trunk ``time`` s after the start."""
         wiggled, height = self._wiggle(time)
         if wiggled is None:
             return
-        self._seen[wiggled].append((height, joints.pos + joints.torque / self._config.kp))
+        obeyed = joints.pos + (joints.torque + self._config.kd * joints.vel) / self._config.kp
+        self._seen[wiggled].append((height, obeyed))
+        if JOINTS[wiggled] in _KNEES:
+            self._leg_order.observe(_KNEES[JOINTS[wiggled]], joints, imu)
 
     def answers(self) -> Floats:
         """How much of each joint's wiggle each joint answered, (12, 12): [which was wiggled, which answered].
@@ -89,6 +101,11 @@ class StandUp:
                     "joint_order",
                     f"{name} answers {own:.0%} of its wiggle, {JOINTS[loudest]} {answers[i, loudest]:.0%}",
                 )
+        agreement = self._leg_order.agreement()
+        leg, axis = np.unravel_index(np.argmin(agreement), agreement.shape)
+        if agreement[leg, axis] < -self._safety.tilt_against:
+            share = f"{-agreement[leg, axis]:.0%} of what the legs say, the other way"
+            return Fault("leg_order", f"while {LEGS[leg]}_calf moves, the trunk {AXES[axis]} {share}")
         return None
 
     def _wiggle(self, time: float) -> tuple[int | None, float]:

@@ -18,12 +18,14 @@ from hardware.link import Received
 from hardware.messages import rc_command_lcmt
 from hardware.readings import Imu, Joints, Targets
 from hardware.robot_sim.lockstep import Lockstep, Moment
-from hardware.robot_sim.rig import PlannedFault
+from hardware.robot_sim.rig import PlannedFault, Rig
+from hardware.robot_sim.scenarios import get_scenario
 from hardware.settings import TICK_HZ, Settings, StandConfig
 from hardware.target_limits import target_range
 from rl.simulate import Script, Segment
 from rl.simulate import run as simulate
 from symdyn import metrics
+from symdyn.cli.robot_sim import go2
 from symdyn.driver import PolicyDriver
 from symdyn.errors import InvalidValue
 from symdyn.gaits import PAPER_GAITS, get
@@ -158,6 +160,22 @@ class TestStand:
         assert its.controller.fault is not None
         assert its.controller.fault.name in ("joint_order", "joint_position", "not_standing")
         check_limits(its, moments)
+
+    @pytest.mark.parametrize("name", ["swapped_legs_both", "quat_inverse"])
+    def test_what_is_exchanged_alike_is_found_out_by_the_trunk(self, name: str) -> None:
+        its = world("run", PlannedFault(name, 0.5), settings=QUICK)
+        moments = its.run(6.0)
+        assert State.RUN not in states(moments)
+        assert its.controller.fault is not None
+        assert its.controller.fault.name == "leg_order"
+        check_limits(its, moments)
+
+    @pytest.mark.parametrize("seed", range(2))
+    def test_a_robot_in_a_harness_passes(self, seed: int) -> None:
+        rig = Rig(go2(seed, start="hung"), get_scenario("stand"), seed=seed)
+        its = Lockstep(Controller(shipped(), Settings()), rig)
+        until(its, State.STAND, 2.0)
+        assert its.run(STANDS_AFTER)[-1].tick.ready, its.controller.fault
 
 
 class TestFaults:

@@ -6,6 +6,7 @@ import math
 from functools import cache
 
 import numpy as np
+import pinocchio
 import pytest
 
 from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, WrongMessage, decode
@@ -145,6 +146,12 @@ class TestNumbers:
     def test_the_quaternion_is_of_another_length(self, name, length):
         for got in messages(ill(name), IMU):
             assert np.linalg.norm(got.quat) == pytest.approx(length, abs=1e-5, nan_ok=True)
+
+    def test_the_quaternion_turns_back_what_the_true_one_turns(self):
+        for got, true in zip(messages(ill("quat_inverse"), IMU), truly(IMU), strict=True):
+            there, back = (pinocchio.Quaternion(*message.quat).normalized() for message in (true, got))
+            assert (there * back).toRotationMatrix() == pytest.approx(np.eye(3), abs=1e-6)
+            assert got.quat != true.quat
 
     def test_sticks_at_nan(self):
         assert all(not Joystick.of(message).finite() for message in messages(ill("nan_stick"), JOYSTICK))

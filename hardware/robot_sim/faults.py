@@ -197,6 +197,14 @@ class _QuaternionZero(_Quaternion):
     factor = 0.0
 
 
+class _QuaternionInverse(Effect):
+    def outgoing(self, channel, message):
+        if channel == IMU:
+            w, *vector = message.quat
+            message.quat = [w, *(-part for part in vector)]
+        return (message,)
+
+
 def _exchanged(*pairs: tuple[str, str]) -> list[int]:
     # which number of the wire stands where, if these joints, or all joints of these legs, are taken for each other
     renamed = list(SDK_JOINTS)
@@ -363,6 +371,7 @@ FAULTS: dict[str, FaultKind] = {
     "nan_quat": FaultKind("NaN for the quaternion", _Quaternion),
     "quat_not_unit": FaultKind("a quaternion of this length", _QuaternionTooLong, 1.1),
     "quat_zero": FaultKind("a quaternion of zeros, as before the bridge has heard of the robot", _QuaternionZero),
+    "quat_inverse": FaultKind("the quaternion from world to trunk, not from trunk to world", _QuaternionInverse),
     "swapped_legs_state": FaultKind("joints of front left and right are reported for each other", _SwappedState),
     "swapped_legs_command": FaultKind("joints of front left and right get each other's targets", _SwappedCommand),
     "swapped_legs_both": FaultKind(
