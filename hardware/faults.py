@@ -104,10 +104,10 @@ FAULTS: dict[str, FaultKind] = {
         ),
         FaultKind(
             "leg_order",
-            "while a knee is moved at stand, the trunk tilts the other way than the legs say, by more than "
-            "{tilt_against} of it",
+            "while knees are moved at stand, another order of the legs explains how the trunk tilts better than theirs,"
+            " and at least {tilt_explained} of it",
             "legs are exchanged in state and commands alike, or the IMU's axes or quaternion are others",
-            "move the joints and tilt the trunk by hand in Passive; check order of legs and quaternion of the bridge",
+            "which legs is in the message; move them and tilt the trunk by hand in Passive, check the bridge",
         ),
         FaultKind(
             "not_standing",

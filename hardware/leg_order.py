@@ -1,60 +1,76 @@
-"""Are the legs those that they are taken for? While a knee stretches, the trunk must tilt as the legs say.
+"""Are the legs those that they are taken for? While a knee stretches, the trunk tilts: the IMU tells which corner rose.
 
 Joints that are exchanged alike in what is reported and in what is told, front left for front right say, each answer for
-themselves. But the plane through the feet, as the reported joints have it, then turns otherwise than the IMU does. So
-it does where the IMU's axes are others than thought, or its quaternion is that of the inverse rotation.
+themselves. So each of the 24 orders that the legs may truly be in is asked how the trunk should have tilted, and the
+one that explains best how it did tilt is the true one. An IMU whose axes or quaternion are others than thought makes
+the trunk seem to tilt the other way, as if sides or ends were exchanged.
 """
 
 from __future__ import annotations
+
+from itertools import permutations
 
 import numpy as np
 
 from hardware.leg_kinematics import LegKinematics
 from hardware.readings import Floats, Imu, Joints
-from symdyn.legs import LEGS
+from symdyn.legs import LEG_JOINTS, LEGS
 
-AXES = ("pitches", "rolls")
-"""What the trunk does where the world's up moves along x, and along y, in the body frame."""
+ORDERS = tuple(permutations(range(len(LEGS))))
+"""Of the legs, the one that they are taken in first. An order says: ``LEGS[k]`` is taken for ``LEGS[order[k]]``."""
 
-_STILL = 1e-4
-"""rad; less tilt than this, root mean square, is rounding."""
+_BETTER = 1.3
+"""What the order as taken leaves unexplained, over what another leaves, for the other to be the true one. In simulation
+the true order is never beaten at all, and beats the others by 1.8 and more."""
 
 
 class LegOrder:
-    """Compares the tilt that the IMU tells with the tilt that the legs tell, on any floor that the feet stand on.
+    """Compares the tilts that the IMU tells with those that the legs tell, in whatever order, on feet that stand.
 
     Args:
         kinematics: of the robot.
+        stance: (12,) rad, where the joints are but for small motions.
     """
 
-    def __init__(self, kinematics: LegKinematics) -> None:
-        self._kinematics = kinematics
+    def __init__(self, kinematics: LegKinematics, stance: Floats) -> None:
+        feet = kinematics.feet(stance)
+        # how each foot's height below the trunk changes with its leg's joints
+        self._lift = feet.centre_jacobian_b[:, 2]
+        # up in the body frame, x and y, by the heights of the feet: of the plane through them, by least squares
+        plane = np.column_stack([feet.centre_b[:, :2], np.ones(len(LEGS))])
+        self._up = -np.linalg.pinv(plane)[:2]
         self._seen: dict[str, list[tuple[Floats, Floats]]] = {leg: [] for leg in LEGS}
 
     def observe(self, leg: str, joints: Joints, imu: Imu) -> None:
         """Take note of a moment in which the knee of ``leg`` is wiggled."""
-        up_b = -imu.gravity_b
-        self._seen[leg].append((self._normal_b(joints)[:2], up_b[:2]))
+        self._seen[leg].append((joints.pos, -imu.gravity_b[:2]))
 
-    def agreement(self) -> Floats:
-        """How much of the tilt that the legs tell the IMU tells as well, (4, 2), of :data:`LEGS` and :data:`AXES`.
+    def explained(self) -> Floats:
+        """The share of the trunk's tilting that the legs explain in each of :data:`ORDERS`, (24,).
 
-        The slope of the one over the other by least squares, while that leg's knee was wiggled: 1 on the floor, about 0
-        in a harness, where the trunk stays as it is, and less than 0 where the trunk tilts the other way. 0 where
-        nothing was seen or the legs did not move.
+        1 - (sum of squares of what is left) / (sum of squares of the tilts), both about the mean of each knee's wiggle:
+        near 1 for the true order, less than 0 for an order that explains worse than no motion at all, as all do in a
+        harness, where the trunk stays as it is. 0 for all where nothing was seen.
         """
-        slopes = np.zeros((len(LEGS), len(AXES)))
-        for row, seen in zip(slopes, self._seen.values(), strict=True):
-            if len(seen) > 2:
-                by_legs, by_imu = np.array(seen).swapaxes(0, 1)
-                by_legs -= by_legs.mean(axis=0)
-                spread = (by_legs**2).sum(axis=0)
-                moved = spread > len(seen) * _STILL**2
-                np.divide((by_legs * by_imu).sum(axis=0), spread, out=row, where=moved)
-        return slopes
+        tilts, left = 0.0, np.zeros(len(ORDERS))
+        for seen in filter(None, self._seen.values()):
+            joint_pos, up_b = (np.array(values) for values in zip(*seen, strict=True))
+            moved = (joint_pos - joint_pos.mean(axis=0)).reshape(len(seen), len(LEGS), len(LEG_JOINTS))
+            up_b -= up_b.mean(axis=0)
+            tilts += (up_b**2).sum()
+            # the motion of the joints as reported, of the order's leg at each corner, moves that corner's foot
+            heights = np.einsum("lj,tolj->otl", self._lift, moved[:, ORDERS])
+            left += ((up_b - heights @ self._up.T) ** 2).sum(axis=(1, 2))
+        return 1.0 - left / tilts if tilts > 0.0 else left
 
-    def _normal_b(self, joints: Joints) -> Floats:
-        """Of the plane through the feet's centres, by least squares: the unit vector that points up."""
-        x, y, z = self._kinematics.feet(joints.pos).centre_b.T
-        (a, b, _), *_ = np.linalg.lstsq(np.column_stack([x, y, np.ones_like(x)]), z)
-        return np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
+    def other(self, at_least: float) -> tuple[tuple[int, ...], float] | None:
+        """An order that is the true one rather than the one as taken, and the share of the tilting that it explains.
+
+        Args:
+            at_least: share that it must explain.
+        """
+        explained = self.explained()
+        best = int(np.argmax(explained))
+        as_taken = ORDERS.index(tuple(range(len(LEGS))))
+        beaten = 1.0 - explained[as_taken] > _BETTER * (1.0 - explained[best])
+        return (ORDERS[best], float(explained[best])) if beaten and explained[best] >= at_least else None

@@ -39,8 +39,8 @@ class SafetyConfig:
         damping_kd: gain of damping, N m s/rad; less where a joint is so fast that its torque limit would be passed.
         wiggle: by how much each joint is moved at stand, rad.
         wiggle_answer: the least share of it that the joint must answer, and the most that another may.
-        tilt_against: the most that the trunk may tilt the other way while a knee is moved at stand, in parts of the
-            tilt that the legs tell; in simulation up to 0.41 in a harness, and from 0.77 on with legs exchanged.
+        tilt_explained: the least share of the trunk's tilting at stand, while the knees are moved, that another order
+            of the legs must explain to be taken for the true one.
         stand_error: largest deviation of a joint from the stance at the end of Stand, rad.
     """
 
@@ -60,7 +60,7 @@ class SafetyConfig:
     damping_kd: float = 4.0
     wiggle: float = 0.08
     wiggle_answer: float = 0.4
-    tilt_against: float = 0.6
+    tilt_explained: float = 0.25
     stand_error: float = 0.25
 
     def __post_init__(self) -> None:

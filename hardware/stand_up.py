@@ -6,7 +6,7 @@ import numpy as np
 
 from hardware.faults import Fault
 from hardware.leg_kinematics import LegKinematics
-from hardware.leg_order import AXES, LegOrder
+from hardware.leg_order import LegOrder
 from hardware.readings import Floats, Imu, Joints, Targets
 from hardware.settings import SafetyConfig, StandConfig
 from symdyn.legs import JOINTS, LEGS
@@ -42,7 +42,7 @@ class StandUp:
         self._config, self._safety = config, safety
         self._wiggle_from = config.rise_s + config.settle_s
         self._seen: list[list[tuple[float, Floats]]] = [[] for _ in JOINTS]
-        self._leg_order = LegOrder(kinematics)
+        self._leg_order = LegOrder(kinematics, stance)
 
     @property
     def duration(self) -> float:
@@ -101,11 +101,10 @@ class StandUp:
                     "joint_order",
                     f"{name} answers {own:.0%} of its wiggle, {JOINTS[loudest]} {answers[i, loudest]:.0%}",
                 )
-        agreement = self._leg_order.agreement()
-        leg, axis = np.unravel_index(np.argmin(agreement), agreement.shape)
-        if agreement[leg, axis] < -self._safety.tilt_against:
-            share = f"{-agreement[leg, axis]:.0%} of what the legs say, the other way"
-            return Fault("leg_order", f"while {LEGS[leg]}_calf moves, the trunk {AXES[axis]} {share}")
+        if (other := self._leg_order.other(self._safety.tilt_explained)) is not None:
+            order, share = other
+            named = [f"{LEGS[taken]} is {leg}" for leg, taken in zip(LEGS, order, strict=True) if LEGS[taken] != leg]
+            return Fault("leg_order", f"as the trunk tilts, {', '.join(named)} ({share:.0%} explained)")
         return None
 
     def _wiggle(self, time: float) -> tuple[int | None, float]:
