@@ -34,7 +34,7 @@ class LegOrder:
 
     def __init__(self, kinematics: LegKinematics, stance: Floats) -> None:
         feet = kinematics.feet(stance)
-        # how each foot's height below the trunk changes with its leg's joints
+        # how the height of each foot's centre in the body frame changes with its leg's joints
         self._lift = feet.centre_jacobian_b[:, 2]
         # up in the body frame, x and y, by the heights of the feet: of the plane through them, by least squares
         plane = np.column_stack([feet.centre_b[:, :2], np.ones(len(LEGS))])
