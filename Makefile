@@ -45,8 +45,8 @@ docs: install
 
 # the Python classes of the LCM messages, from their definitions
 messages: install
-	$(BIN)/lcm-gen -p --ppath . hardware/messages/*.lcm
-	printf '"""The same policy on the real robot: messages, state, safety, logs."""\n' > hardware/__init__.py
+	$(BIN)/lcm-gen -p --ppath out/lcm hardware/wire/messages/*.lcm
+	cp out/lcm/hardware/wire/messages/*.py hardware/wire/messages/
 
 bench: install
 	$(BIN)/python -m benchmarks --out out/bench.json

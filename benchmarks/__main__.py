@@ -6,7 +6,7 @@ run, and the ratio of the medians is what counts.
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -20,8 +20,8 @@ from rich.table import Table  # noqa: E402
 
 from benchmarks import environment, robot, slip, startup, training  # noqa: E402
 from benchmarks.result import Result  # noqa: E402
-from symdyn.console import make_console  # noqa: E402
-from symdyn.files import write_json  # noqa: E402
+from symdyn.io.console import make_console  # noqa: E402
+from symdyn.io.files import write_json  # noqa: E402
 
 PARTS: dict[str, Callable[[], list[Result]]] = {
     "environment": environment.measure,

@@ -10,9 +10,9 @@ import gc
 import sys
 import time
 
-from hardware import realtime
-from hardware.deadline_loop import DeadlineLoop
-from hardware.settings import TICK_HZ
+from hardware.control.settings import TICK_HZ
+from hardware.running import realtime
+from hardware.running.deadline_loop import DeadlineLoop
 
 _WORK_S = 0.0015
 """s; the median of a tick in the soak."""

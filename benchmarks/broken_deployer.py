@@ -10,11 +10,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from hardware import link
 from hardware.cli import deploy
-from hardware.controller import Controller
-from hardware.settings import TICK_HZ
-from symdyn.driver import PolicyDriver
+from hardware.control.controller import Controller
+from hardware.control.settings import TICK_HZ
+from hardware.wire import link
+from symdyn.policy.driver import PolicyDriver
 
 _TOO_LONG_S = 2.4 / TICK_HZ
 

@@ -11,12 +11,12 @@ import torch
 from mujoco.batch import Batch
 
 from benchmarks.result import Result, in_turns
-from rl.batch_physics import BatchPhysics
-from rl.config import preset
-from rl.env import GaitEnv
-from rl.model import build_model
-from symdyn.robot import GO2
-from symdyn.timing import TimingCurve
+from rl.learning.config import preset
+from rl.physics.batch import BatchPhysics
+from rl.physics.model import build_model
+from rl.task.env import GaitEnv
+from symdyn.gait.timing import TimingCurve
+from symdyn.robot.definition import GO2
 
 _ENVS = 1024
 _STEPS = 15

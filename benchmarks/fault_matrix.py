@@ -25,20 +25,20 @@ from rich.progress import Progress
 
 from benchmarks.broken_deployer import DEFECTS
 from benchmarks.robot_processes import QUICK_STAND, WATCHDOG, Command, hearing, process
-from hardware.controller import Controller, State
+from hardware.control.controller import Controller, State
+from hardware.control.settings import Settings, StandConfig
 from hardware.robot_sim.faults import FAULTS
 from hardware.robot_sim.lockstep import Lockstep, Moment
 from hardware.robot_sim.rig import PlannedFault, Rig, Since
 from hardware.robot_sim.scenarios import get_scenario
-from hardware.settings import Settings, StandConfig
 from rl.pretrained import policy_path
-from slip.parallel import Outcome, Workers, run_cells
-from symdyn.cli.robot_sim import go2
-from symdyn.console import make_console
-from symdyn.files import write_json, write_text
-from symdyn.markdown import table
-from symdyn.origin import commit
-from symdyn.policy import Policy
+from slip.curves.parallel import Outcome, Workers, run_cells
+from symdyn.io.console import make_console
+from symdyn.io.files import write_json, write_text
+from symdyn.io.markdown import table
+from symdyn.io.origin import commit
+from symdyn.policy.file import Policy
+from symdyn_cli.robot_sim import go2
 
 _STATES: tuple[Since, Since] = ("stand", "run")
 _AFTER_S, _WATCHED_S, _PATIENCE_S = 1.0, 3.0, 30.0

@@ -18,16 +18,16 @@ import numpy as np
 
 from benchmarks.result import Result, spread
 from benchmarks.robot_processes import QUICK_STAND, hearing, process
-from hardware.channels import TARGETS, TICK
-from hardware.controller import Controller, Inputs, State, Tick
-from hardware.event_log import LogReader
+from hardware.control.controller import Controller, Inputs, State, Tick
+from hardware.control.settings import TICK_HZ, Settings, StandConfig
 from hardware.robot_sim.lockstep import Lockstep
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.scenarios import get_scenario
-from hardware.settings import TICK_HZ, Settings, StandConfig
+from hardware.wire.channels import TARGETS, TICK
+from hardware.wire.event_log import LogReader
 from rl.pretrained import policy_path
-from symdyn.cli.robot_sim import go2
-from symdyn.policy import Policy
+from symdyn.policy.file import Policy
+from symdyn_cli.robot_sim import go2
 
 _RUN_S = 20.0
 _PATIENCE_S = 30.0

@@ -15,11 +15,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import IO
 
-from hardware.channels import TARGETS
-from hardware.link import Link
-from hardware.messages import pd_tau_targets_lcmt
-from hardware.readings import Targets
-from symdyn.robot import GO2
+from hardware.wire.channels import TARGETS
+from hardware.wire.link import Link
+from hardware.wire.messages import pd_tau_targets_lcmt
+from hardware.wire.readings import Targets
+from symdyn.robot.definition import GO2
 
 QUICK_STAND = (
     "--stand.rise-s", "0.8", "--stand.ramp-s", "0.2", "--stand.settle-s", "0.2", "--stand.wiggle-s", "0.1",
@@ -27,7 +27,7 @@ QUICK_STAND = (
 """Options of symdyn deploy that stand up in 2.2 s."""
 
 
-WATCHDOG, DISPLAY = "hardware.watchdog", "hardware.display"
+WATCHDOG, DISPLAY = "hardware.running.watchdog", "hardware.running.display"
 """Modules of which symdyn deploy starts processes."""
 
 _LAST_WORDS_S = 1.0

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.result import Result, in_turns
-from slip import kernel
-from slip.branch import Branch
-from slip.families import explore
-from slip.newton import correct
-from slip.orbit import jacobian, residual
-from slip.parameters import REFERENCE
-from slip.simulate import residual_with_given_times
-from slip.subspace import subspace
-from slip.unknowns import COUNT, DX
+from slip.families.branch import Branch
+from slip.families.explore import explore
+from slip.model.parameters import REFERENCE
+from slip.model.unknowns import COUNT, DX
+from slip.orbits import kernel
+from slip.orbits.independent_simulation import residual_with_given_times
+from slip.orbits.newton import correct
+from slip.orbits.orbit import jacobian, residual
+from slip.orbits.subspace import subspace
 
 _ROUNDS = 5
 _STEP = 1e-6
@@ -32,7 +32,8 @@ def _scipy_jacobian(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _solve_with_scipy(branch: Branch) -> None:
-    """Newton's method as in slip.newton on a few orbits of a branch, with SciPy's residuals and finite differences."""
+    """Newton's method of slip.orbits.newton on a few orbits of a branch, with SciPy's residuals,
+    finite differences."""
     space = subspace(*branch.pairs)
     normal = np.eye(COUNT)[DX] @ space.basis
     for start in _starts(branch):
@@ -63,7 +64,7 @@ def measure() -> list[Result]:
     """Speed against SciPy at equal accuracy, one branch solved both ways, and all families from a cold start."""
     start = time.perf_counter()
     # a process of its own: nothing compiled, nothing cached
-    code = "from slip.families import explore; from slip.parameters import REFERENCE; explore(REFERENCE)"
+    code = "from slip.families.explore import explore; from slip.model.parameters import REFERENCE; explore(REFERENCE)"
     subprocess.run([sys.executable, "-c", code], check=True)
     cold = time.perf_counter() - start
 

@@ -21,15 +21,15 @@ from rich.progress import Progress
 
 from benchmarks.result import spread
 from benchmarks.robot_processes import WATCHDOG, Command, on_processors, process
-from hardware.channels import TICK
-from hardware.controller import State
-from hardware.event_log import LogReader
-from hardware.log_recording import sample_times
-from hardware.messages import controller_tick_lcmt
-from hardware.settings import TICK_HZ
+from hardware.control.controller import State
+from hardware.control.settings import TICK_HZ
+from hardware.logs.recording import sample_times
+from hardware.wire.channels import TICK
+from hardware.wire.event_log import LogReader
+from hardware.wire.messages import controller_tick_lcmt
 from rl.pretrained import policy_path
-from symdyn.console import make_console
-from symdyn.files import write_json
+from symdyn.io.console import make_console
+from symdyn.io.files import write_json
 
 _TICK_S = 1.0 / TICK_HZ
 _LOOK_S = 0.1

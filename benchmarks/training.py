@@ -10,9 +10,9 @@ import torch
 
 from benchmarks.environment import bare_batch
 from benchmarks.result import Result, in_turns
-from rl.batch_physics import BatchPhysics
-from rl.config import TrainConfig, preset
-from rl.trainer import Trainer
+from rl.learning.config import TrainConfig, preset
+from rl.learning.trainer import Trainer
+from rl.physics.batch import BatchPhysics
 
 _ROUNDS = 5
 

@@ -1,7 +1,7 @@
-"""``python -m symdyn`` is the command ``symdyn``."""
+"""``python -m symdyn`` is the command ``symdyn``, whichever package provides it."""
 
 import sys
+from importlib.metadata import entry_points
 
-from symdyn.cli import main
-
-sys.exit(main())
+(_command,) = entry_points(group="console_scripts", name="symdyn")
+sys.exit(_command.load()())

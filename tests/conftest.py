@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
-from slip_reference import SLIP_CACHE
+
+from tests.slip.families.reference import SLIP_CACHE
 
 if TYPE_CHECKING:
     import mujoco
 
-    from rl.physics import RobotState
+    from rl.physics.protocol import RobotState
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell has what it starts in the background ignore Ctrl-C, and so would whatever the tests start
@@ -66,7 +67,8 @@ def slip_cache() -> Iterator[Path]:
 
 
 class MirroredByHand:
-    """The left-right mirror image of a Go2, written out. Nothing here comes from symdyn.symmetry or symdyn.observation.
+    """The left-right mirror image of a Go2, written out. Nothing here comes from symdyn.gait.symmetry or
+    symdyn.policy.observation.
 
     The mirror plane is y = 0 of the world. In MuJoCo's arrays the joints are hip, thigh, calf of FL, FR, RL, RR; in
     symdyn's of LH, LF, RF, RH. Hips turn about x and so change sign; thighs and calves turn about y and do not.
@@ -119,9 +121,9 @@ def by_hand() -> type[MirroredByHand]:
 
 @pytest.fixture(scope="session")
 def go2_model() -> mujoco.MjModel:
-    """The compiled model. Not to be changed: make another with rl.model.build_model for that."""
-    from rl.model import build_model
-    from symdyn.robot import GO2
+    """The compiled model. Not to be changed: make another with rl.physics.model.build_model for that."""
+    from rl.physics.model import build_model
+    from symdyn.robot.definition import GO2
 
     return build_model(GO2)
 
@@ -150,9 +152,9 @@ def real_states(go2_model: mujoco.MjModel) -> RealStates:
     """24 robots in motion, some on their feet, some falling; turned about all axes."""
     import torch
 
-    from rl.batch_physics import BatchPhysics
-    from rl.physics import Pose
-    from symdyn.robot import GO2
+    from rl.physics.batch import BatchPhysics
+    from rl.physics.protocol import Pose
+    from symdyn.robot.definition import GO2
 
     n, rng = 24, np.random.default_rng(7)
     physics = BatchPhysics(go2_model, GO2, n, num_threads=1)

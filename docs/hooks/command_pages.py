@@ -7,7 +7,8 @@ import io
 import os
 from functools import cache
 
-from symdyn.cli import GROUPS, Command, main
+from symdyn_cli.commands import GROUPS, Command
+from symdyn_cli.main import main
 
 _FOLDER = "reference/commands"
 _COLUMNS = 92

@@ -1,4 +1,4 @@
-"""Docstrings name other code as :func:`symdyn.phase.advance`; on the site that becomes a link."""
+"""Docstrings name other code as :func:`symdyn.gait.phase.advance`; on the site that becomes a link."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from symdyn.cli import main
+from symdyn_cli.main import main
 
 _SHOWN = ("trot", "bound", "half_bound_left", "rotary_gallop")
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import griffe
 
-from hardware.settings import Settings
-from rl.config import PRESETS, TrainConfig
-from symdyn.markdown import table
+from hardware.control.settings import Settings
+from rl.learning.config import PRESETS, TrainConfig
+from symdyn.io.markdown import table
 
 _PAPER = "paper"
 

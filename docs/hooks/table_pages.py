@@ -7,15 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.summaries import EXTRA_KEYS
-from symdyn.gaits import LIBRARY
-from symdyn.legs import JOINTS, LEG_JOINTS, LEGS
-from symdyn.markdown import table
-from symdyn.metrics import KEYS
-from symdyn.observation import OBSERVATION
-from symdyn.robot import GO2
-from symdyn.symmetry import K4, E, classify
-from symdyn.timing import GRAVITY, TimingCurve
+from rl.judging.summaries import EXTRA_KEYS
+from symdyn.analysis.metrics import KEYS
+from symdyn.gait.library import LIBRARY
+from symdyn.gait.symmetry import K4, E, classify
+from symdyn.gait.timing import GRAVITY, TimingCurve
+from symdyn.io.markdown import table
+from symdyn.policy.observation import OBSERVATION
+from symdyn.robot.definition import GO2
+from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS
 
 
 def gait_table() -> list[str]:
@@ -72,7 +72,7 @@ def _observation() -> str:
         "# Observation",
         "",
         f"The policy sees {OBSERVATION.size} numbers, 50 times a second: those of the paper, section III-C. They are",
-        "defined once, in [symdyn.observation][], and training, evaluation and robot assemble them by the same",
+        "defined once, in [symdyn.policy.observation][], and training, evaluation and robot assemble them by the same",
         "function. The vector holds scale times value; noise is the half-width of the uniform noise in training,",
         "before scaling. `symdyn gaits --observation` prints this table.",
         "",
@@ -125,7 +125,7 @@ def _metrics() -> str:
         "# Metrics",
         "",
         "What `metrics.json` of `symdyn evaluate` and `symdyn experiment` holds. Definitions:",
-        "[symdyn.metrics][]; a recording of the robot goes through the same functions.",
+        "[symdyn.analysis.metrics][]; a recording of the robot goes through the same functions.",
         "",
         "| key | unit | meaning |",
         "|---|---|---|",

@@ -14,13 +14,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from hardware import log_report
-from hardware.foot_contact import ContactConfig
-from hardware.log_contents import read_contents
-from hardware.log_markdown import segment_rows, struck
-from symdyn.console import log_to, make_console
+from hardware.estimation.contact import ContactConfig
+from hardware.logs import report as log_report
+from hardware.logs.contents import read_contents
+from hardware.logs.markdown import segment_rows, struck
 from symdyn.errors import InvalidValue
-from symdyn.files import writable_directory
+from symdyn.io.console import log_to, make_console
+from symdyn.io.files import writable_directory
 
 _COLUMNS = {
     "gc_stance": "GC stance",
@@ -29,7 +29,7 @@ _COLUMNS = {
     "settling_time": "settles, s",
     "cot": "CoT",
 }
-"""Of the table on the terminal, by the keys of hardware.log_metrics.KEYS."""
+"""Of the table on the terminal, by the keys of hardware.logs.metrics.KEYS."""
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from hardware.contact_calibration import FootCalibration, calibrate, read_raw
-from hardware.contact_figure import contact_figure
-from symdyn.console import log_to, make_console
-from symdyn.legs import LEGS
-from symdyn.plots import save
+from hardware.estimation.calibration import FootCalibration, calibrate, read_raw
+from hardware.logs.contact_figure import contact_figure
+from symdyn.figures.plots import save
+from symdyn.io.console import log_to, make_console
+from symdyn.robot.legs import LEGS
 
 
 @dataclass(frozen=True)

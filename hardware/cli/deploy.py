@@ -14,16 +14,16 @@ from typing import Annotated
 
 import tyro
 
-from hardware.contact_calibration import FootCalibration
-from hardware.deployer import Deployer, Options
-from hardware.display import Display, DisplayHandler
-from hardware.keyboard import KEYS, Keyboard
-from hardware.link import DEFAULT_URL
-from hardware.readings import BUTTONS
-from hardware.settings import Settings
-from hardware.status import Controls
-from symdyn.console import log_to, make_console
-from symdyn.policy import Policy
+from hardware.control.settings import Settings
+from hardware.estimation.calibration import FootCalibration
+from hardware.running.deployer import Deployer, Options
+from hardware.running.display import Display, DisplayHandler
+from hardware.running.keyboard import KEYS, Keyboard
+from hardware.running.status import Controls
+from hardware.wire.link import DEFAULT_URL
+from hardware.wire.readings import BUTTONS
+from symdyn.io.console import log_to, make_console
+from symdyn.policy.file import Policy
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hardware.event_log import LogReader
-from hardware.replay import Replay, policy_of, replay, session_of
-from hardware.session import Session
-from symdyn.console import make_console
+from hardware.logs.replay import Replay, policy_of, replay, session_of
+from hardware.running.session import Session
+from hardware.wire.event_log import LogReader
 from symdyn.errors import FileProblem
-from symdyn.origin import commit
+from symdyn.io.console import make_console
+from symdyn.io.origin import commit
 
 DIFFERENT = 1
 """Exit code if anything came out otherwise."""

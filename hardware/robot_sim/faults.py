@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS
-from hardware.messages import pd_tau_targets_lcmt, rc_command_lcmt
-from hardware.readings import BUTTONS, SHOULDERS, Targets
 from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
-from hardware.sdk_order import SDK_JOINTS
+from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS
+from hardware.wire.messages import pd_tau_targets_lcmt, rc_command_lcmt
+from hardware.wire.readings import BUTTONS, SHOULDERS, Targets
+from hardware.wire.sdk_order import SDK_JOINTS
 from symdyn.errors import UnknownName
-from symdyn.legs import JOINTS as JOINT_NAMES
-from symdyn.legs import unitree_joint_name
+from symdyn.robot.legs import JOINTS as JOINT_NAMES
+from symdyn.robot.legs import unitree_joint_name
 
 FOREIGN_SENDER = 5
 """``robot_id`` of the targets that the second deployer sends."""

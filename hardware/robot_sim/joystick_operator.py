@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hardware.joystick_map import JoystickConfig
-from hardware.messages import rc_command_lcmt
-from hardware.readings import BUTTONS, SHOULDERS
+from hardware.control.joystick import JoystickConfig
 from hardware.robot_sim.target_monitor import Mode
+from hardware.wire.messages import rc_command_lcmt
+from hardware.wire.readings import BUTTONS, SHOULDERS
 
 PRESSED_S = 0.2
 """How long a finger stays on a button."""

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import mujoco
 
-from symdyn.legs import LEGS
-from symdyn.robot import Robot
+from symdyn.robot.definition import Robot
+from symdyn.robot.legs import LEGS
 
 KNEE_RADIUS = 0.025
 """m; the thickness of a Go2's knee, halved."""

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
 
-from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage, decode
-from hardware.clock import whole_microseconds
-from hardware.controller import Controller, Inputs, Request, Tick
-from hardware.link import Received
+from hardware.control.controller import Controller, Inputs, Request, Tick
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage, decode
+from hardware.wire.clock import whole_microseconds
+from hardware.wire.link import Received
 
 SENDER = 2
 

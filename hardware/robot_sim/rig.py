@@ -7,14 +7,14 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hardware.channels import IMU, JOINTS, JOYSTICK, TRUTH
-from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt
-from hardware.readings import Joints
 from hardware.robot_sim.faults import Effect, get_fault
 from hardware.robot_sim.joystick_operator import JoystickOperator, Seen
 from hardware.robot_sim.scenarios import Scenario
 from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
 from hardware.robot_sim.target_monitor import TargetMonitor
+from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TRUTH
+from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt
+from hardware.wire.readings import Joints
 from symdyn.errors import InvalidValue
 
 _log = logging.getLogger(__name__)
@@ -23,7 +23,7 @@ TRUTH_EVERY = 5
 """Periods between two messages of the truth: 100 Hz."""
 
 FALLEN_HEIGHT, FALLEN_TILT = 0.18, 0.8
-"""m and rad; a robot told to run that is lower or more tilted has fallen (as in training: rl.termination)."""
+"""m and rad; a robot told to run that is lower or more tilted has fallen (as in training: rl.task.termination)."""
 
 Since = Literal["start", "stand", "run"]
 
@@ -140,7 +140,7 @@ class Rig:
             for one in sent:
                 if isinstance(one, leg_control_data_lcmt):
                     self.monitor.said(Joints.of(one))
-        # not through hardware.channels.encode: a fault may want to send NaN
+        # not through hardware.wire.channels.encode: a fault may want to send NaN
         return [(channel, one.encode()) for one in sent]
 
     def _watch(self) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hardware.joystick_map import MIRRORED, JoystickConfig
-from hardware.readings import BUTTONS
+from hardware.control.joystick import MIRRORED, JoystickConfig
 from hardware.robot_sim.joystick_operator import Seen, Step
+from hardware.wire.readings import BUTTONS
 from symdyn.errors import UnknownName
-from symdyn.gaits import PAPER_GAITS
+from symdyn.gait.library import PAPER_GAITS
 
 SPEED = 0.8
 """m/s; the paper's on the robot."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.errors import InvalidValue
-from symdyn.legs import JOINTS, LEGS
+from symdyn.robot.legs import JOINTS, LEGS
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ class SensorNoise:
 
     No data sheet of the Go2 says them. Those of gyroscope and accelerometer are the square roots of the covariances
     that configuration files for Unitree's robots in the family of legged_control give (0.0004 and 0.01). The others are
-    assumptions, a fifth or less of the half-widths that training is hardened against (symdyn.observation).
+    assumptions, a fifth or less of the half-widths that training is hardened against (symdyn.policy.observation).
 
     Attributes:
         joint_pos: rad.
@@ -149,7 +149,7 @@ def rotate(quat_w: Floats, vector_b: Floats) -> Floats:
 
 
 def rotate_inverse(quat_w: Floats, vector_w: Floats) -> Floats:
-    """A world vector in the body frame, (3,); symdyn.frames has it for arrays, MuJoCo at a fiftieth of the time."""
+    """A world vector in the body frame, (3,); symdyn.robot.frames has it for arrays, MuJoCo is fifty times faster."""
     inverse, vector_b = np.empty(4), np.empty(3)
     mujoco.mju_negQuat(inverse, quat_w)
     mujoco.mju_rotVecQuat(vector_b, vector_w, inverse)

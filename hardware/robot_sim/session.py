@@ -8,12 +8,12 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
-from hardware import realtime
-from hardware.channels import TARGETS, decode
-from hardware.link import Link
-from hardware.messages import pd_tau_targets_lcmt
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.running import realtime
+from hardware.wire.channels import TARGETS, decode
+from hardware.wire.link import Link
+from hardware.wire.messages import pd_tau_targets_lcmt
 from symdyn.errors import ResourceProblem
 
 STALL_S = 0.5

@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
-from hardware.readings import Joints
 from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
-from hardware.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
-from symdyn.legs import JOINTS, LEGS, is_left
-from symdyn.robot import Robot
+from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
+from hardware.wire.readings import Joints
+from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
+from symdyn.robot.definition import Robot
+from symdyn.robot.legs import JOINTS, LEGS, is_left
 
 Floats = NDArray[np.float64]
 Start = Literal["lying", "standing", "hung"]

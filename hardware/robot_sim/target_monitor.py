@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from hardware.messages import pd_tau_targets_lcmt
-from hardware.readings import Floats, Joints, Targets
 from hardware.robot_sim.faults import FOREIGN_SENDER
-from symdyn.legs import JOINTS
-from symdyn.robot import Robot
+from hardware.wire.messages import pd_tau_targets_lcmt
+from hardware.wire.readings import Floats, Joints, Targets
+from symdyn.robot.definition import Robot
+from symdyn.robot.legs import JOINTS
 
 Mode = Literal["untold", "limp", "damping", "standing", "running"]
 """By the gains of the last targets. ``untold``: none yet. ``limp``: none. ``damping``: kp 0. ``running``: the kp that

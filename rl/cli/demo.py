@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -14,7 +14,7 @@ import tyro  # noqa: E402
 
 from rl.cli.evaluate import judge  # noqa: E402
 from rl.pretrained import policy_path  # noqa: E402
-from symdyn.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -15,13 +15,14 @@ import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.progress import Progress  # noqa: E402
 
-from rl import protocols, report, run_log  # noqa: E402
-from rl.evaluate import evaluate  # noqa: E402
+from rl.judging import protocols, report  # noqa: E402
+from rl.judging.evaluate import evaluate  # noqa: E402
+from rl.judging.sweep import SweepConfig, sweep  # noqa: E402
+from rl.learning import run_log  # noqa: E402
 from rl.pretrained import policy_path  # noqa: E402
-from rl.sweep import SweepConfig, sweep  # noqa: E402
-from symdyn.console import log_to, make_console  # noqa: E402
-from symdyn.files import writable_directory  # noqa: E402
-from symdyn.policy import Policy  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.files import writable_directory  # noqa: E402
+from symdyn.policy.file import Policy  # noqa: E402
 
 
 @dataclass(frozen=True)

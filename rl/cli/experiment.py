@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -20,10 +20,10 @@ from rl.experiments import ablation, learning, report  # noqa: E402
 from rl.experiments.catalogue import EXPERIMENTS, chosen  # noqa: E402
 from rl.experiments.result import Result, Subject  # noqa: E402
 from rl.pretrained import policy_path  # noqa: E402
-from symdyn.console import log_to, make_console  # noqa: E402
 from symdyn.errors import FileProblem, InvalidValue  # noqa: E402
-from symdyn.files import writable_directory  # noqa: E402
-from symdyn.policy import Policy  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.files import writable_directory  # noqa: E402
+from symdyn.policy.file import Policy  # noqa: E402
 
 FIRST_SEED = 1000
 """Far from the seeds that anything else uses: the evaluation that chose a checkpoint is not the one reported here."""

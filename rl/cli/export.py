@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -13,9 +13,9 @@ from typing import Annotated  # noqa: E402
 
 import tyro  # noqa: E402
 
-from rl import run_dir  # noqa: E402
-from rl.export import export_policy  # noqa: E402
-from symdyn.console import log_to, make_console  # noqa: E402
+from rl.learning import run_dir  # noqa: E402
+from rl.learning.export import export_policy  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -15,17 +15,17 @@ from typing import Annotated  # noqa: E402
 import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from rl import headless_gl  # noqa: E402  # before what imports MuJoCo
-from rl.gait_film import FilmConfig, frames  # noqa: E402
+from rl.judging.protocols import GAIT_SEQUENCE, GAIT_SPEED  # noqa: E402
+from rl.judging.simulate import Episode, Script, Segment, robot_of  # noqa: E402
+from rl.judging.simulate import run as simulate  # noqa: E402
+from rl.pictures import headless_gl  # noqa: E402  # before what imports MuJoCo
+from rl.pictures.film import FilmConfig, frames  # noqa: E402
 from rl.pretrained import policy_path  # noqa: E402
-from rl.protocols import GAIT_SEQUENCE, GAIT_SPEED  # noqa: E402
-from rl.simulate import Episode, Script, Segment, robot_of  # noqa: E402
-from rl.simulate import run as simulate  # noqa: E402
-from symdyn.console import frames_progress, log_to, make_console  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
-from symdyn.gaits import get  # noqa: E402
-from symdyn.policy import Policy  # noqa: E402
-from symdyn.video import check_format, write_video  # noqa: E402
+from symdyn.figures.video import check_format, write_video  # noqa: E402
+from symdyn.gait.library import get  # noqa: E402
+from symdyn.io.console import frames_progress, log_to, make_console  # noqa: E402
+from symdyn.policy.file import Policy  # noqa: E402
 
 _GIF_BYTES = 2**30
 

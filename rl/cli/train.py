@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rl.threads import wait_passively
+from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
@@ -17,15 +17,15 @@ import torch  # noqa: E402
 import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from rl import checkpoint, config_file, run_dir  # noqa: E402
-from rl.config import TrainConfig, preset  # noqa: E402
-from rl.trainer import Trainer  # noqa: E402
-from rl.training_display import TrainingDisplay  # noqa: E402
-from symdyn.cli import INTERRUPTED  # noqa: E402
-from symdyn.console import log_to, make_console  # noqa: E402
+from rl.learning import checkpoint, config_file, run_dir  # noqa: E402
+from rl.learning.config import TrainConfig, preset  # noqa: E402
+from rl.learning.display import TrainingDisplay  # noqa: E402
+from rl.learning.trainer import Trainer  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
-from symdyn.origin import commit  # noqa: E402
-from symdyn.settings_data import differences  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
+from symdyn.io.origin import commit  # noqa: E402
+from symdyn.io.settings_data import differences  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from rl import protocols, summaries
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
+from rl.judging import protocols, summaries
 from symdyn.errors import FileProblem
-from symdyn.gaits import PAPER_GAITS
-from symdyn.policy import Policy
+from symdyn.gait.library import PAPER_GAITS
+from symdyn.policy.file import Policy
 
 SPEEDS = (-2.0, -1.5, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.5, 2.0)
 """m/s."""

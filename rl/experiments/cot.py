@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl import protocols, summaries
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from symdyn.gaits import PAPER_GAITS
+from rl.judging import protocols, summaries
+from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (-2.0, -1.5, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.5, 2.0)
 """m/s."""

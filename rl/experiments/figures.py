@@ -1,4 +1,4 @@
-"""Figures of the experiments, in the style of :mod:`symdyn.plots`: a gait has the same colour everywhere."""
+"""Figures of the experiments, in the style of :mod:`symdyn.figures.plots`: a gait has the same colour everywhere."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import EngFormatter
 from numpy.typing import NDArray
 
-from symdyn.plots import GAIT_STYLES
+from symdyn.figures.plots import GAIT_STYLES
 
 Floats = NDArray[np.float64]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl import protocols, summaries
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from symdyn.gaits import PAPER_GAITS
-from symdyn.plots import footfall_diagram
+from rl.judging import protocols, summaries
+from symdyn.figures.plots import footfall_diagram
+from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (-1.7, -1.3, -1.0, -0.7, -0.5, -0.35, 0.35, 0.5, 0.7, 1.0, 1.3, 1.7)
 """m/s."""

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rl import checkpoint, protocols, run_dir, summaries
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject
-from rl.export import export_policy
+from rl.judging import protocols, summaries
+from rl.learning import checkpoint, run_dir
+from rl.learning.export import export_policy
 from symdyn.errors import InvalidValue
-from symdyn.gaits import PAPER_GAITS
-from symdyn.policy import Policy
+from symdyn.gait.library import PAPER_GAITS
+from symdyn.policy.file import Policy
 
 SPEEDS = (-1.7, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.7)
 """m/s."""

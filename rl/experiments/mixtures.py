@@ -8,11 +8,11 @@ import numpy as np
 
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from rl.simulate import Script, Segment
-from rl.summaries import SETTLE_S
-from symdyn import metrics
-from symdyn.footfall import cut_strides
-from symdyn.gaits import get
+from rl.judging.simulate import Script, Segment
+from rl.judging.summaries import SETTLE_S
+from symdyn.analysis import metrics
+from symdyn.analysis.footfall import cut_strides
+from symdyn.gait.library import get
 
 PATH = ("trot", "bound", "rotary_gallop")
 STEPS = 8

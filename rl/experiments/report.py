@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rl.experiments.result import Result, Subject, Target
-from symdyn import metrics
-from symdyn.files import jsonable, write_json, write_text
-from symdyn.markdown import number, table
-from symdyn.plots import save
+from symdyn.analysis import metrics
+from symdyn.figures.plots import save
+from symdyn.io.files import jsonable, write_json, write_text
+from symdyn.io.markdown import number, table
 
 METRICS, REPORT = "metrics.json", "report.md"
 

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 
 from matplotlib.figure import Figure
 
-from rl.simulate import Episode, Script, run_grouped
-from rl.terrain import Terrain
-from symdyn.policy import Policy
+from rl.judging.simulate import Episode, Script, run_grouped
+from rl.physics.terrain import Terrain
+from symdyn.policy.file import Policy
 
 K = TypeVar("K")
 
@@ -43,7 +43,7 @@ class Subject:
         return self.policy.metadata.time_reversal
 
     def simulate(self, groups: Mapping[K, Sequence[Script]], terrain: Terrain | None = None) -> dict[K, list[Episode]]:
-        """Run groups of scripts with the policy: :func:`rl.simulate.run_grouped`."""
+        """Run groups of scripts with the policy: :func:`rl.judging.simulate.run_grouped`."""
         return run_grouped(self.policy, groups, self.watch, terrain)
 
 

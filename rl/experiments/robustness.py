@@ -10,16 +10,16 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from rl.batch_physics import BatchPhysics
-from rl.commands import CommandConfig
-from rl.env import EnvConfig, GaitEnv, ResetConfig
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from rl.model import build_model
-from rl.protocols import random_scripts
-from rl.randomization import NOMINAL, RandomizationConfig
-from rl.simulate import robot_of
-from symdyn.gaits import PAPER_GAITS
+from rl.judging.protocols import random_scripts
+from rl.judging.simulate import robot_of
+from rl.physics.batch import BatchPhysics
+from rl.physics.model import build_model
+from rl.physics.randomization import NOMINAL, RandomizationConfig
+from rl.task.commands import CommandConfig
+from rl.task.env import EnvConfig, GaitEnv, ResetConfig
+from symdyn.gait.library import PAPER_GAITS
 
 SEQUENCES = 100
 TOP_SPEED = 1.8

@@ -8,9 +8,9 @@ import numpy as np
 
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
-from rl.simulate import Script, Segment
-from rl.terrain import Terrain
-from symdyn.gaits import PAPER_GAITS, get
+from rl.judging.simulate import Script, Segment
+from rl.physics.terrain import Terrain
+from symdyn.gait.library import PAPER_GAITS, get
 
 SPEED = 0.8
 """m/s."""

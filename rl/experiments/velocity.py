@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl import protocols, summaries
 from rl.experiments.result import Result, Subject, Target
-from symdyn.gaits import PAPER_GAITS
-from symdyn.plots import velocity_tracking
+from rl.judging import protocols, summaries
+from symdyn.figures.plots import velocity_tracking
+from symdyn.gait.library import PAPER_GAITS
 
 
 def run(subject: Subject) -> Result:

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.terrain import Terrain
-from symdyn.recording import Floats
+from rl.physics.terrain import Terrain
+from symdyn.analysis.recording import Floats
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Pose:
         time: s; of any clock that runs with the robot, and may be set back.
         base_pos_w: (3,) m, or None if nobody knows it.
         base_quat_w: (4,) w, x, y, z.
-        joint_pos: (12,) rad, order of symdyn.legs.JOINTS.
-        contact: (4,) whether a foot bears load, order of symdyn.legs.LEGS.
+        joint_pos: (12,) rad, order of symdyn.robot.legs.JOINTS.
+        contact: (4,) whether a foot bears load, order of symdyn.robot.legs.LEGS.
     """
 
     time: float

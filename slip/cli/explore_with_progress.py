@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from slip.branch import Diagram
-from slip.diagram_cache import explored
-from slip.families import ExploreConfig
-from slip.parameters import SlipParameters
+from slip.families.branch import Diagram
+from slip.families.cache import explored
+from slip.families.explore import ExploreConfig
+from slip.model.parameters import SlipParameters
 
 
 def explore_with_progress(
     console: Console, parameters: SlipParameters, config: ExploreConfig | None = None, cache: bool = True
 ) -> Diagram:
-    """:func:`slip.diagram_cache.explored`, with a line on the console that says what is being traced."""
+    """:func:`slip.families.cache.explored`, with a line on the console that says what is being traced."""
     with console.status("Looking for the families of passive gaits") as status:
         return explored(
             parameters,

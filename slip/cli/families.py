@@ -14,17 +14,17 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from slip.branch import FAMILIES, Branch, Diagram
 from slip.cli.explore_with_progress import explore_with_progress
 from slip.cli.passive_model import PassiveModel, PassiveModelArguments
-from slip.continuation import StepConfig
-from slip.diagram_figure import branch_diagram, described
-from slip.families import ExploreConfig
-from slip.store import save as save_diagram
-from symdyn.console import log_to, make_console
+from slip.families.branch import FAMILIES, Branch, Diagram
+from slip.families.continuation import StepConfig
+from slip.families.explore import ExploreConfig
+from slip.families.store import save as save_diagram
+from slip.figures.diagram import branch_diagram, described
 from symdyn.errors import InvalidValue
-from symdyn.files import writable_directory
-from symdyn.plots import save
+from symdyn.figures.plots import save
+from symdyn.io.console import log_to, make_console
+from symdyn.io.files import writable_directory
 
 FIGURE = "families.png"
 _NOTHING = 5e-10

@@ -11,23 +11,23 @@ from typing import Annotated
 import tyro
 from rich.markdown import Markdown
 
-from slip.branch import Diagram
 from slip.cli.explore_with_progress import explore_with_progress
 from slip.cli.passive_model import PassiveModel, PassiveModelArguments
-from slip.curve_figure import curve_figure
-from slip.curve_fit import FEWEST_GROUPS, CurveFit, TimingPoints, fit_curves
-from slip.curve_report import markdown
-from slip.curves_file import CurveName, FittedCurve, document, write
-from slip.family_cells import branch_table, reaching
-from slip.identify import IdentifyConfig, identify
-from slip.passive_points import PassiveOrbits, Selection
-from slip.trial_choice import Choice, ChoiceConfig, choose
-from symdyn import trials
-from symdyn.console import log_to, make_console
+from slip.curves.cells import branch_table, reaching
+from slip.curves.file import CurveName, FittedCurve, document, write
+from slip.curves.fit import FEWEST_GROUPS, CurveFit, TimingPoints, fit_curves
+from slip.curves.identify import IdentifyConfig, identify
+from slip.curves.points import PassiveOrbits, Selection
+from slip.curves.report import markdown
+from slip.curves.trial_choice import Choice, ChoiceConfig, choose
+from slip.families.branch import Diagram
+from slip.figures.curves import curve_figure
+from symdyn.analysis import trials
 from symdyn.errors import InvalidValue
-from symdyn.files import writable_directory, write_text
-from symdyn.plots import save
-from symdyn.robot import GO2
+from symdyn.figures.plots import save
+from symdyn.io.console import log_to, make_console
+from symdyn.io.files import writable_directory, write_text
+from symdyn.robot.definition import GO2
 
 _log = logging.getLogger(__name__)
 

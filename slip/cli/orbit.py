@@ -14,20 +14,20 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from slip.animation import AnimationConfig, animate
-from slip.branch import FAMILIES, Diagram
 from slip.cli.explore_with_progress import explore_with_progress
 from slip.cli.passive_model import PassiveModelArguments
-from slip.orbit import Orbit
-from slip.orbit_figure import orbit_figure
-from slip.orbit_report import OrbitReport
-from slip.orbit_symmetry import Image
-from slip.solve import NoOrbit, orbits_at
-from symdyn.console import frames_progress, log_to, make_console
+from slip.families.branch import FAMILIES, Diagram
+from slip.families.solve import NoOrbit, orbits_at
+from slip.figures.animation import AnimationConfig, animate
+from slip.figures.orbit import orbit_figure
+from slip.orbits.orbit import Orbit
+from slip.orbits.report import OrbitReport
+from slip.orbits.symmetry import Image
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
-from symdyn.files import writable_directory, write_json
-from symdyn.legs import LEGS
-from symdyn.plots import save
+from symdyn.figures.plots import save
+from symdyn.io.console import frames_progress, log_to, make_console
+from symdyn.io.files import writable_directory, write_json
+from symdyn.robot.legs import LEGS
 
 NUMBERS, FIGURE, ANIMATION = "orbit.json", "orbit.png", "orbit"
 _BARE: dict[str, object] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "pad_edge": False, "show_edge": False}
@@ -107,7 +107,7 @@ def of_speed(
 
     Args:
         diagram: of the model.
-        family: of slip.branch.FAMILIES.
+        family: of slip.families.branch.FAMILIES.
         speed: at the apex [sqrt(g torso length)].
         asked: the same as the user gave it, for messages.
         unit: of ``asked``, in the model's.
@@ -207,8 +207,8 @@ def _strides(report: OrbitReport) -> list[tuple[float, float]]:
 
 
 def _forces(report: OrbitReport) -> list[float]:
-    from slip.orbit import TO_LEGS
-    from slip.trajectory import sample
+    from slip.orbits.orbit import TO_LEGS
+    from slip.orbits.trajectory import sample
 
     forces = np.linalg.norm(sample(report.orbit, 400).force_w, axis=-1).max(axis=0)
     return [float(force) for force in forces[list(TO_LEGS)]]

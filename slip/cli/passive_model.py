@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from slip.known_robots import KNOWN_ROBOTS
-from slip.parameters import REFERENCE, SlipParameters
+from slip.model.parameters import REFERENCE, SlipParameters
+from slip.robot.known import KNOWN_ROBOTS
 from symdyn.errors import InvalidValue, UnknownName
 
 if TYPE_CHECKING:
-    from slip.units import Units
+    from slip.robot.units import Units
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ class PassiveModelArguments:
         if self.robot is not None and self.robot not in KNOWN_ROBOTS:
             raise UnknownName("robot", self.robot, KNOWN_ROBOTS)
         # Pinocchio takes a second to load, and the literature's model does not need it
-        from slip.robot_body import measure
-        from slip.units import DimensionalSlip
-        from slip.urdf import load_robot, load_urdf
+        from slip.robot.body import measure
+        from slip.robot.units import DimensionalSlip
+        from slip.robot.urdf import load_robot, load_urdf
 
         if self.robot is not None:
             robot = load_robot(self.robot)

@@ -12,12 +12,12 @@ import tyro
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from slip.cli.passive_model import PassiveModelArguments
-from slip.family_cells import settings, trace_cell
-from slip.parallel import Workers, run_cells
-from slip.passive_points import Selection
-from slip.study import Grid, cells, summary, write
-from symdyn.cli import INTERRUPTED
-from symdyn.console import log_to, make_console
+from slip.curves.cells import settings, trace_cell
+from slip.curves.parallel import Workers, run_cells
+from slip.curves.points import Selection
+from slip.curves.study import Grid, cells, summary, write
+from symdyn.io.console import log_to, make_console
+from symdyn.io.exit_codes import INTERRUPTED
 
 TABLE = "study.csv"
 

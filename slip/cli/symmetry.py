@@ -12,17 +12,17 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from slip.morphology import Element, Morphology, Tolerances, find_morphology, group_name
-from slip.parameters import SlipParameters
-from slip.quadruped import Quadruped
-from slip.robot_body import Gains, RobotBody, measure
-from slip.units import slip_parameters
-from slip.urdf import load_robot, load_urdf
-from symdyn.console import make_console
+from slip.model.parameters import SlipParameters
+from slip.robot.body import Gains, RobotBody, measure
+from slip.robot.morphology import Element, Morphology, Tolerances, find_morphology, group_name
+from slip.robot.quadruped import Quadruped
+from slip.robot.units import slip_parameters
+from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
-from symdyn.files import write_json
-from symdyn.legs import JOINTS, LEGS
-from symdyn.robot import GO2
+from symdyn.io.console import make_console
+from symdyn.io.files import write_json
+from symdyn.robot.definition import GO2
+from symdyn.robot.legs import JOINTS, LEGS
 
 FORMAT_VERSION = 1
 
@@ -165,11 +165,15 @@ def _show(console: Console, robot: Quadruped, morphology: Morphology) -> None:
     console.print(verdict(robot.name, morphology))
     others = [g.name for g in morphology.elements if not g.is_symdyns()]
     if len(robot.joints) != len(JOINTS):
-        console.print(f"symdyn.symmetry describes robots with {len(JOINTS)} joints; this one has {len(robot.joints)}.")
+        console.print(
+            f"symdyn.gait.symmetry describes robots with {len(JOINTS)} joints; this one has {len(robot.joints)}."
+        )
     elif others:
-        console.print(f"The joint signs of {', '.join(others)} are not those of symdyn.symmetry: other joint axes.")
+        console.print(
+            f"The joint signs of {', '.join(others)} are not those of symdyn.gait.symmetry: other joint axes."
+        )
     else:
-        console.print("Permutations and signs are those of symdyn.symmetry, which reward and networks use.")
+        console.print("Permutations and signs are those of symdyn.gait.symmetry, which reward and networks use.")
 
 
 def _signs(robot: Quadruped, g: Element) -> str:

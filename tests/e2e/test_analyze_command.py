@@ -9,19 +9,19 @@ from pathlib import Path
 import lcm
 import numpy as np
 import pytest
-from command_in_process import Done, symdyn
-from log_sessions import lockstep_session
 from matplotlib.image import imread
-from policy_files import swaying
 
-from hardware.channels import IMU, JOINTS, SESSION, TARGETS, TICK, TRUTH
-from hardware.event_log import LogReader
-from hardware.foot_contact import ContactConfig
-from hardware.leg_kinematics import LegKinematics
-from hardware.log_contents import read_contents
-from hardware.log_observed import observe
+from hardware.estimation.contact import ContactConfig
+from hardware.estimation.kinematics import LegKinematics
+from hardware.logs.contents import read_contents
+from hardware.logs.observed import observe
+from hardware.wire.channels import IMU, JOINTS, SESSION, TARGETS, TICK, TRUTH
+from hardware.wire.event_log import LogReader
 from rl.pretrained import policy_path
-from symdyn.robot import GO2
+from symdyn.robot.definition import GO2
+from tests.e2e.command_in_process import Done, symdyn
+from tests.hardware.logs.log_sessions import lockstep_session
+from tests.symdyn.policy.policy_files import swaying
 
 SECONDS = 11.0
 """s; the person has the robot trot at 0.8 m/s after eight of them."""

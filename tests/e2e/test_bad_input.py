@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_in_process import Done, symdyn
 
-from symdyn.timing import TimingCurve
+from symdyn.gait.timing import TimingCurve
+from tests.e2e.command_in_process import Done, symdyn
 
 
 def assert_refused(done: Done, *said: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import torch
 
-from rl import checkpoint, run_log
+from rl.learning import checkpoint, run_log
 
 TINY = ("--preset", "smoke", "--num-envs", "8", "--ppo.hidden", "32", "16")
 
@@ -44,9 +44,9 @@ def test_a_run_leaves_settings_log_checkpoints_and_curves(run):
 
 
 def test_the_policy_file_acts_like_the_torch_actor_of_the_run(run):
-    from rl import config_file
-    from rl.trainer import Trainer
-    from symdyn.policy import Policy
+    from rl.learning import config_file
+    from rl.learning.trainer import Trainer
+    from symdyn.policy.file import Policy
 
     trainer = Trainer(config_file.load(run / "config.yaml"), run)
     trainer.resume()
@@ -129,7 +129,8 @@ def test_help_names_every_command_and_imports_nothing_heavy():
     assert shown.returncode == 0
     for name in ("gaits", "train", "export", "evaluate", "experiment", "record", "demo"):
         assert f"  {name}" in shown.stdout  # each one's own --help: tests/test_docs.py
-    code = "import sys, symdyn.cli; symdyn.cli.main(['--help']); print(sorted(set(sys.modules) & {'numpy', 'torch'}))"
+    loaded = "print(sorted(set(sys.modules) & {'numpy', 'torch'}))"
+    code = f"import sys; from symdyn_cli.main import main; main(['--help']); {loaded}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith("[]\n")
 

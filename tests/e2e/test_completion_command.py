@@ -8,11 +8,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from command_in_process import symdyn
 
-from symdyn.cli import GROUPS
-from symdyn.cli.completion import Option, Words, fish, zsh
-from symdyn.gaits import LIBRARY
+from symdyn.gait.library import LIBRARY
+from symdyn_cli.commands import GROUPS
+from symdyn_cli.completion import Option, Words, fish, zsh
+from tests.e2e.command_in_process import symdyn
 
 MADE_UP = {
     "run": Words(

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_in_process import symdyn
 
-from symdyn import trials
-from symdyn.timing import TimingCurve
-from symdyn.trials import Trial
+from symdyn.analysis import trials
+from symdyn.analysis.trials import Trial
+from symdyn.gait.timing import TimingCurve
+from tests.e2e.command_in_process import symdyn
 
 QUICK = ("--reference", "--speeds", "0", "0.3", "--no-trot", "--no-carry")
 """The literature's pronk, only as far as it takes to fit: seconds."""

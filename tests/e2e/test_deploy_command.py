@@ -13,13 +13,13 @@ from pathlib import Path
 
 import onnx
 import pytest
-from command_in_process import symdyn
-from lcm_urls import multicast_url
 
 from benchmarks.robot_processes import DISPLAY, QUICK_STAND, WATCHDOG, Command, Ear, hearing, on_processors, process
 from rl.pretrained import policy_path
-from symdyn.gaits import PAPER_GAITS
-from symdyn.policy import METADATA_KEY
+from symdyn.gait.library import PAPER_GAITS
+from symdyn.policy.file import METADATA_KEY
+from tests.e2e.command_in_process import symdyn
+from tests.hardware.lcm_urls import multicast_url
 
 PATIENCE = 60.0  # s; for a busy machine
 FORGIVING = ("--safety.overruns", "20")  # where a busy machine is not what is tested

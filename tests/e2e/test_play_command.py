@@ -17,20 +17,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from browser import open_page
-from command_in_process import symdyn
-from lcm_urls import multicast_url
 from PIL import Image
 
 from rl.pretrained import policy_path
-from rl.viewer.controls import Controls
-from rl.viewer.live import BUMPS, LiveSimulation
-from rl.viewer.live_view import LiveView
-from rl.viewer.page import Page
-from rl.viewer.runner import Runner
-from rl.viewer.server import serving, url
-from symdyn.gaits import get
-from symdyn.policy import Policy
+from rl.viewer.live.runner import Runner
+from rl.viewer.live.simulation import BUMPS, LiveSimulation
+from rl.viewer.window.controls import Controls
+from rl.viewer.window.live_view import LiveView
+from rl.viewer.window.page import Page
+from rl.viewer.window.server import serving, url
+from symdyn.gait.library import get
+from symdyn.policy.file import Policy
+from tests.e2e.browser import open_page
+from tests.e2e.command_in_process import symdyn
+from tests.hardware.lcm_urls import multicast_url
 
 
 @dataclass
@@ -299,11 +299,11 @@ class TestCommand:
 class TestRobotSim:
     def test_the_robot_that_lcm_tells_of_is_shown(self):
         """The messages of symdyn robot-sim's robot, sent from here, reach the page."""
-        from hardware.channels import IMU, JOINTS, TRUTH
-        from hardware.link import Link
-        from symdyn.cli import play
-        from symdyn.cli.robot_sim import go2
-        from symdyn.console import make_console
+        from hardware.wire.channels import IMU, JOINTS, TRUTH
+        from hardware.wire.link import Link
+        from symdyn.io.console import make_console
+        from symdyn_cli import play
+        from symdyn_cli.robot_sim import go2
 
         lcm_url = multicast_url()
         robot = go2(start="standing")

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_in_process import symdyn
-from headless import rendering_or_skip
 from PIL import Image
-from policy_files import swaying
 
-from rl import headless_gl
+from rl.pictures import headless_gl
 from rl.pretrained import policy_path
+from tests.e2e.command_in_process import symdyn
+from tests.rl.pictures.headless import rendering_or_skip
+from tests.symdyn.policy.policy_files import swaying
 
 SHORT = ("--gaits", "trot", "bound", "--seconds", "0.3", "--size", "240", "160", "--fps", "10")
 

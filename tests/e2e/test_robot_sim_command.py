@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_in_process import symdyn
-from lcm_urls import multicast_url
 
-from hardware.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH
-from hardware.link import Link
-from hardware.readings import Joints, Targets
 from hardware.robot_sim.faults import FAULTS
 from hardware.robot_sim.scenarios import SCENARIOS
-from symdyn.robot import GO2
+from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH
+from hardware.wire.link import Link
+from hardware.wire.readings import Joints, Targets
+from symdyn.robot.definition import GO2
+from tests.e2e.command_in_process import symdyn
+from tests.hardware.lcm_urls import multicast_url
 
 ONES = np.ones(12)
 PATIENCE = 60.0  # s; for a busy machine

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from slip.branch import FAMILIES
-from slip.orbit import residual
-from slip.parameters import REFERENCE
-from slip.store import load
-from symdyn.cli import main
+from slip.families.branch import FAMILIES
+from slip.families.store import load
+from slip.model.parameters import REFERENCE
+from slip.orbits.orbit import residual
+from symdyn_cli.main import main
 
 
 def symdyn(*arguments: object) -> tuple[int, str, str]:

@@ -12,10 +12,10 @@ import time
 from pathlib import Path
 
 import pytest
-from policy_files import swaying
 
-from symdyn import trials
-from symdyn.cli import main
+from symdyn.analysis import trials
+from symdyn_cli.main import main
+from tests.symdyn.policy.policy_files import swaying
 
 SMALL = (
     *("--sweep.period-factors", "0.9", "1.1", "--sweep.duty-factors", "0.9", "1.0", "1.1"),

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from slip.known_robots import KNOWN_ROBOTS
-from symdyn.cli import main
-from symdyn.robot import GO2
-from symdyn.robot_data import robots_folder, urdf_path
+from slip.robot.known import KNOWN_ROBOTS
+from symdyn.robot.definition import GO2
+from symdyn.robot.descriptions import robots_folder, urdf_path
+from symdyn_cli.main import main
 
 Done = subprocess.CompletedProcess[str]
 GO2_FEET = GO2.foot_links
@@ -37,7 +37,7 @@ def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     said = " ".join(done.stdout.split())
     assert "As a mechanism go2 has K4 = {e, g_s, g_t, g_r}; as a body it has C2 = {e, g_s}." in said
     assert "g_t misses the mass matrix by 2.3e-02 (allowed 0.01) and joint limits by 3.56 rad (allowed 0.01)." in said
-    assert "Permutations and signs are those of symdyn.symmetry" in said
+    assert "Permutations and signs are those of symdyn.gait.symmetry" in said
     for numbers in ("g_s RH RF LF LH -++", "k 5.084", "ks 43.44", "J 0.2179", "l 1.0341", "lb 0.4972", "2074 N/m"):
         assert numbers in said
     assert max(map(len, done.stdout.splitlines())) <= 80

@@ -1,0 +1,1 @@
+"""From readings to targets: state machine, stand-up, limits, health, faults, settings."""

@@ -1,0 +1,117 @@
+"""Every number of the deployer that a user may set."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+from hardware.control.joystick import JoystickConfig
+from hardware.estimation.contact import ContactConfig
+from hardware.estimation.velocity import EstimatorConfig
+from symdyn.errors import InvalidValue
+
+TICK_HZ = 200.0
+"""Ticks a second: limits are checked and targets sent at each; the policy runs at its own rate, in every fourth."""
+
+
+@dataclass(frozen=True)
+class SafetyConfig:
+    """When to leave Stand or Run for Damp, and what targets are let through. ``docs/robot.md`` has the table.
+
+    Attributes:
+        stale_s: age of the newest joint or IMU message, s; ten messages at the bridge's 500 Hz.
+        frozen_s: time without any change in the numbers, s; a real encoder's and gyroscope's last digits never rest.
+        joystick_s: age of the newest joystick message, s.
+        tilt: angle between the trunk's z axis and the vertical, rad; below the bridge's own 0.8, and above the 0.52 of
+            the shipped policy's hardest reversals in simulation.
+        quaternion_tolerance: allowed deviation of the quaternion's length from 1.
+        position_margin: how far beyond its range a joint may read, rad; in simulation calves reach 0.11 at touchdown.
+        velocity_factor: times the URDF's velocity limit, as a mean over ``velocity_s``. The shipped policy's peaks in
+            simulation, which knows no such limit, are three times the calf's.
+        velocity_s: s.
+        torque_factor: times the URDF's torque limit, during all of ``torque_s``.
+        torque_s: s.
+        overruns: late ticks in a row.
+        target_rate: fastest change of a joint target, rad/s; one and a half times what the shipped policy asks for in
+            99.9% of its steps.
+        target_lead: how far beyond its range a joint's target may lie, in parts of the joint's own distance from that
+            end. So a joint is never driven into its stop, and pushing off through a stretching knee remains possible.
+        damping_kd: gain of damping, N m s/rad; less where a joint is so fast that its torque limit would be passed.
+        wiggle: by how much each joint is moved at stand, rad.
+        wiggle_answer: the least share of it that the joint must answer, and the most that another may.
+        tilt_explained: the least share of the trunk's tilting at stand, while the knees are moved, that another order
+            of the legs must explain to be taken for the true one.
+        stand_error: largest deviation of a joint from the stance at the end of Stand, rad.
+    """
+
+    stale_s: float = 0.05
+    frozen_s: float = 0.1
+    joystick_s: float = 0.5
+    tilt: float = 0.7
+    quaternion_tolerance: float = 0.02
+    position_margin: float = 0.15
+    velocity_factor: float = 2.0
+    velocity_s: float = 0.02
+    torque_factor: float = 1.2
+    torque_s: float = 0.05
+    overruns: int = 3
+    target_rate: float = 100.0
+    target_lead: float = 2.0
+    damping_kd: float = 4.0
+    wiggle: float = 0.08
+    wiggle_answer: float = 0.4
+    tilt_explained: float = 0.25
+    stand_error: float = 0.25
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "safety")
+
+
+@dataclass(frozen=True)
+class StandConfig:
+    """How the robot stands up.
+
+    Attributes:
+        rise_s: time from the measured pose to the stance, s.
+        ramp_s: in which the gains rise from zero, s.
+        settle_s: time to come to rest before the joints are wiggled, s.
+        wiggle_s: time for each joint, s.
+        kp: N m/rad; above the policy's, so that the robot reaches its stance from the floor.
+        kd: N m s/rad.
+    """
+
+    rise_s: float = 2.0
+    ramp_s: float = 0.5
+    settle_s: float = 0.5
+    wiggle_s: float = 0.2
+    kp: float = 60.0
+    kd: float = 3.0
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "stand")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All of them.
+
+    Attributes:
+        safety: limits.
+        stand: standing up.
+        joystick: what sticks and buttons mean.
+        contact: which feet bear load.
+        estimator: velocity of the trunk, for display and log only.
+    """
+
+    safety: SafetyConfig = field(default_factory=SafetyConfig)
+    stand: StandConfig = field(default_factory=StandConfig)
+    joystick: JoystickConfig = field(default_factory=JoystickConfig)
+    contact: ContactConfig = field(default_factory=ContactConfig)
+    estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
+
+
+def _check_positive(config: object, prefix: str) -> None:
+    for item in fields(config):  # type: ignore[arg-type]
+        value = getattr(config, item.name)
+        if not 0.0 < value < math.inf:
+            raise InvalidValue(f"{prefix}.{item.name}", value, "a number > 0")

@@ -1,0 +1,1 @@
+"""The deployer's processes: loop, watchdog, display, keyboard, real-time scheduling."""

@@ -1,0 +1,116 @@
+"""The terminal display, in a process of its own: a frame takes longer to draw than a tick, and holds the interpreter's
+lock meanwhile.
+
+    python -m hardware.running.display --pipe FD
+
+It draws what comes through the pipe: Controls first, then whenever there is one a Status, or a record of the log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+
+from rich.live import Live
+
+from hardware.running.status import Controls, Status
+from hardware.running.status_table import table
+from symdyn.io.console import log_to, make_console
+
+_PERIOD = 0.2
+_PATIENCE_S = 2.0
+
+
+class Display:
+    """The deployer's end. Whatever becomes of the process that draws, control goes on.
+
+    Args:
+        status: makes what is to be shown.
+        controls: to say which button does what.
+    """
+
+    def __init__(self, status: Callable[[], Status], controls: Controls) -> None:
+        self._status = status
+        read, self._pipe = Pipe(duplex=False)
+        self._sending = threading.Lock()
+        # a session of its own: Ctrl-C in the terminal must not reach it
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "hardware.running.display", "--pipe", str(read.fileno())],
+            pass_fds=(read.fileno(),), stdin=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+        read.close()
+        self.send(controls)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="display", daemon=True)
+        self._thread.start()
+
+    def send(self, what: Controls | Status | logging.LogRecord) -> bool:
+        """Show something; whether there is still somebody to draw it. Waits for a terminal that is stopped."""
+        try:
+            with self._sending:
+                self._pipe.send(what)
+        except OSError:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Draw no more."""
+        self._stop.set()
+        if not self._sending.acquire(timeout=_PATIENCE_S):  # the terminal is stopped, and with it who sends
+            self._process.kill()
+            self._sending.acquire()
+        self._pipe.close()
+        self._sending.release()
+        self._thread.join()
+        try:
+            self._process.wait(_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+
+    def _run(self) -> None:
+        while not self._stop.wait(_PERIOD) and self.send(self._status()):
+            pass
+
+
+class DisplayHandler(logging.Handler):
+    """Sends the log to a display; once that is gone, to the handlers that there were before."""
+
+    def __init__(self, display: Display, before: Sequence[logging.Handler]) -> None:
+        super().__init__()
+        self._display, self._before = display, before
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record, which QueueHandler.prepare has made fit to be sent."""
+        if not self._display.send(record):
+            for handler in self._before:
+                handler.handle(record)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The process. Returns 0."""
+    parser = argparse.ArgumentParser(description="Draws the state of a deployer. Started by symdyn deploy.")
+    parser.add_argument("--pipe", required=True, type=int, help="file descriptor of the pipe from the deployer")
+    pipe = Connection(parser.parse_args(arguments).pipe, writable=False)
+    console = make_console()
+    log_to(console)
+    try:
+        controls = pipe.recv()
+        with Live(console=console, auto_refresh=False) as live:
+            while True:
+                what = pipe.recv()
+                if isinstance(what, logging.LogRecord):
+                    logging.getLogger(what.name).handle(what)
+                else:
+                    live.update(table(what, controls), refresh=not pipe.poll())  # of two that wait, the newer
+    except EOFError:
+        return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,1 @@
+"""What goes over LCM: messages, channels, link, event log, readings in symdyn's order."""

@@ -1,0 +1,1 @@
+"""How a policy is judged: scripted episodes, protocols, summaries, reports, timing sweeps."""

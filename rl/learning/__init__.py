@@ -1,0 +1,1 @@
+"""How it is learned: settings, trainer, networks, checkpoints, export."""

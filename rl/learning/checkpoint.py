@@ -1,0 +1,69 @@
+"""Checkpoints: whole files, newest first, never a pickle of anything but tensors and plain values."""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from symdyn.errors import FileProblem
+from symdyn.io.files import write_with
+
+_log = logging.getLogger(__name__)
+_KEPT = 2
+
+
+def path_of(run: Path, iteration: int) -> Path:
+    """File of the checkpoint after so many updates."""
+    return run / "checkpoints" / f"{iteration:07d}.pt"
+
+
+def list_checkpoints(run: Path) -> list[Path]:
+    """The run's checkpoints, oldest first."""
+    return sorted((run / "checkpoints").glob("[0-9]*.pt"))
+
+
+def save(run: Path, iteration: int, content: dict[str, Any], keep_every: int) -> Path:
+    """Write a checkpoint and drop those that need not stay. Raises FileProblem, with nothing half-written."""
+    path = path_of(run, iteration)
+    write_with(path, lambda temporary: torch.save(content, temporary))
+    for old in list_checkpoints(run)[:-_KEPT]:
+        if int(old.stem) % keep_every:
+            old.unlink(missing_ok=True)
+    return path
+
+
+def load(path: Path) -> dict[str, Any]:
+    """Read a checkpoint of :func:`save`; only tensors and plain values are accepted.
+
+    Raises:
+        FileProblem: if the file is missing, damaged, or holds anything else.
+    """
+    try:
+        content = torch.load(path, weights_only=True, map_location="cpu")
+    except FileNotFoundError:
+        raise FileProblem(path, "does not exist.") from None
+    except (OSError, EOFError, RuntimeError, ValueError, zipfile.BadZipFile, pickle.UnpicklingError) as error:
+        first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FileProblem(path, f"is no checkpoint of symdyn ({first_line}).") from error
+    if not isinstance(content, dict) or "iteration" not in content:
+        raise FileProblem(path, "is no checkpoint of symdyn.")
+    return content
+
+
+def load_newest(run: Path) -> dict[str, Any]:
+    """The newest checkpoint that can be read.
+
+    Raises:
+        FileProblem: if there is none.
+    """
+    for path in reversed(list_checkpoints(run)):
+        try:
+            return load(path)
+        except FileProblem as error:
+            _log.warning("%s Trying the one before.", error)
+    raise FileProblem(run, "holds no checkpoint to go on from.")

@@ -1,0 +1,87 @@
+"""A training run's directory: what lies in it, and whether it may be used."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from rl.learning import checkpoint
+from symdyn.errors import FileProblem
+from symdyn.gait.timing import TimingCurve
+from symdyn.io.files import read_json, writable_directory, write_json
+
+CONFIG = "config.yaml"
+TIMING = "timing.json"
+ORIGIN = "origin.json"
+POLICY = "policy.onnx"
+
+STARTED_FROM = "started_from"
+"""Key of origin.json."""
+
+
+def fresh(path: Path | None, preset: str) -> Path:
+    """Where a new run may go: ``path``, or ``runs/DATE-TIME-PRESET``. Nothing is made yet.
+
+    Raises:
+        FileProblem: if there is a run already.
+    """
+    run = path or Path("runs") / f"{datetime.now():%Y%m%d-%H%M%S}-{preset}"
+    if (run / CONFIG).exists() or checkpoint.list_checkpoints(run):
+        raise FileProblem(run, f"already holds a run: continue it with --resume {run}, or choose another --out.")
+    return run
+
+
+def existing(path: Path) -> Path:
+    """A directory that holds a run.
+
+    Raises:
+        FileProblem: if it does not.
+    """
+    if not path.is_dir():
+        raise FileProblem(path, "is no directory.")
+    if not (path / CONFIG).is_file():
+        raise FileProblem(path, f"is no run of symdyn train (it holds no {CONFIG}).")
+    return path
+
+
+def timing(run: Path, chosen: Path | None) -> TimingCurve:
+    """The curves of a run: its own copy, or while it has none those of the file that was chosen, or the paper's.
+
+    Raises:
+        FileProblem: if the file is missing or malformed.
+    """
+    if (run / TIMING).is_file():
+        return TimingCurve.load(run / TIMING)
+    return TimingCurve() if chosen is None else TimingCurve.load(chosen)
+
+
+def ancestor(run: Path) -> dict[str, Any]:
+    """What lies behind a run that was started from another (``--start-from``), as its ``origin.json`` has it.
+
+    Returns:
+        ``samples`` and ``seconds`` of training, 0 for a run that began with random weights; of others also ``run``,
+        ``seed`` and ``iteration``.
+
+    Raises:
+        FileProblem: if the file is damaged.
+    """
+    noted = read_json(run / ORIGIN) if (run / ORIGIN).is_file() else {}
+    return noted.get(STARTED_FROM) or {"samples": 0, "seconds": 0.0}
+
+
+def begin(run: Path, curve: TimingCurve, origin: dict[str, Any]) -> None:
+    """Write what must not change while the run goes on, whatever happens to the files it came from.
+
+    Args:
+        run: directory, made if need be.
+        curve: its timing.
+        origin: where the code came from.
+
+    Raises:
+        FileProblem: if it cannot be written.
+    """
+    writable_directory(run)
+    if not (run / TIMING).is_file():
+        curve.save(run / TIMING)
+        write_json(run / ORIGIN, origin)

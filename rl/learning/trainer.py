@@ -1,0 +1,244 @@
+"""The training loop: collect, learn, write down, checkpoint; stoppable and resumable at every update."""
+
+from __future__ import annotations
+
+import logging
+import math
+import signal
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+import torch
+
+from rl.learning import checkpoint, config_file, run_dir
+from rl.learning.config import TrainConfig
+from rl.learning.learner import make_ppo
+from rl.learning.run_log import RunLog
+from rl.physics.batch import BatchPhysics
+from rl.physics.model import build_model
+from rl.task.env import GaitEnv
+from symdyn.errors import FileProblem
+from symdyn.robot.definition import GO2
+
+_log = logging.getLogger(__name__)
+_EPISODES_AVERAGED = 200
+
+
+class Watcher(Protocol):
+    """Something that shows progress."""
+
+    def __call__(self, record: dict[str, Any]) -> None:
+        """Called after every update with what was logged of it."""
+        ...
+
+
+class Trainer:
+    """One run in one directory.
+
+    Args:
+        config: settings.
+        run: directory of the run; its checkpoints, if any, are not looked at before :meth:`resume`.
+
+    Raises:
+        SymdynError: for bad settings, a bad timing file, or a machine without room.
+    """
+
+    def __init__(self, config: TrainConfig, run: Path) -> None:
+        self.config = config
+        self.run = run
+        torch.manual_seed(config.seed)
+        timing = run_dir.timing(run, config.timing)
+        physics = BatchPhysics(build_model(GO2), GO2, config.num_envs, config.threads)
+        self.env = GaitEnv(config.env, physics, timing, seed=config.seed, dump_dir=run / "diverged")
+        self.ppo = make_ppo(config.ppo, self.env)
+        self.iteration = 0
+        self.seconds = 0.0
+        self.interrupted = False
+        self._returns = torch.zeros(config.num_envs)
+        self._lengths = torch.zeros(config.num_envs)
+        self._episodes: deque[tuple[float, float]] = deque(maxlen=_EPISODES_AVERAGED)
+
+    @property
+    def samples_per_iteration(self) -> int:
+        """Environment steps of one update."""
+        return self.config.num_envs * self.config.ppo.steps
+
+    def start_from(self, run: Path, std: float | None = None) -> dict[str, Any]:
+        """Begin with what another run has learned: networks, action noise, and the optimiser with its learning rate.
+
+        Everything else is new: the robots, the random numbers, and the count of samples that the curriculum and the
+        entropy weight go by.
+
+        Args:
+            run: directory of the other run, whose newest checkpoint is taken.
+            std: standard deviation to set the action noise of every joint to; that of the other run if None.
+
+        Returns:
+            Where this run comes from, for ``origin.json``: that run's name and seed, and the updates, samples and
+            seconds of training behind it, those of its own ancestors included; and ``std``.
+
+        Raises:
+            FileProblem: if it is no run, has no checkpoint that can be read, or has other networks.
+        """
+        its = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
+        state = checkpoint.load_newest(run)
+        self._load_learner(state, run)
+        if std is not None:
+            with torch.no_grad():
+                self.ppo.get_policy().get_parameter("distribution.log_std_param").fill_(math.log(std))
+        before = run_dir.ancestor(run)
+        return {
+            "run": run.resolve().name,
+            "seed": its.seed,
+            "iteration": state["iteration"],
+            "samples": before["samples"] + state["iteration"] * its.num_envs * its.ppo.steps,
+            "seconds": before["seconds"] + state["seconds"],
+            "std": std,
+        }
+
+    def resume(self) -> None:
+        """Go on from the newest checkpoint of the run, bit by bit as if there had been no interruption.
+
+        Raises:
+            FileProblem: if there is none that can be read, or it is of another configuration.
+        """
+        state = checkpoint.load_newest(self.run)
+        self._load_learner(state, self.run)
+        try:
+            self.env.load_state_dict(state["env"])
+        except (KeyError, RuntimeError, ValueError) as error:
+            raise FileProblem(self.run, f"holds a checkpoint of another configuration ({error}).") from error
+        torch.set_rng_state(state["torch_rng"])
+        self.iteration = state["iteration"]
+        self.seconds = state["seconds"]
+        self._returns = state["returns"].clone()
+        self._lengths = state["lengths"].clone()
+        self._episodes.extend(tuple(pair) for pair in state["episodes"])
+
+    def train(self, watch: Watcher | None = None, time_limit_s: float = math.inf) -> bool:
+        """Train until ``config.iterations`` updates are done, the time is up, or SIGINT or SIGTERM comes.
+
+        Args:
+            watch: called after every update.
+            time_limit_s: no update is begun after so many seconds.
+
+        Returns:
+            Whether all updates are done. A checkpoint is written in every case; ``interrupted`` tells of a signal.
+        """
+        end = time.monotonic() + time_limit_s
+        log = RunLog(self.run, self.iteration)
+        self.ppo.train_mode()
+        saved_at = self.iteration
+        try:
+            with stop_on_signal() as stop:
+                while self.iteration < self.config.iterations and not stop and time.monotonic() < end:
+                    record = self.update()
+                    log.add(record)
+                    if watch is not None:
+                        watch(record)
+                    if self.iteration % self.config.checkpoint_every == 0:
+                        log.sync()
+                        self._save()
+                        saved_at = self.iteration
+                if saved_at != self.iteration:
+                    log.sync()
+                    self._save()
+                self.interrupted = bool(stop)
+        finally:
+            log.close()
+        return self.iteration >= self.config.iterations
+
+    def update(self) -> dict[str, Any]:
+        start = time.perf_counter()
+        sums: dict[str, torch.Tensor] = {}
+        reward_sum = torch.zeros(())
+        steps = self.config.ppo.steps
+        samples = self.iteration * self.samples_per_iteration
+        self.ppo.entropy_coef = self.config.ppo.entropy_at(samples)
+        self.env.set_progress(samples)
+        obs = self.env.get_observations()
+        with torch.inference_mode():
+            for _ in range(steps):
+                actions = self.ppo.act(obs)
+                obs, rewards, dones, extras = self.env.step(actions)
+                self.ppo.process_env_step(obs, rewards, dones, extras)
+                self._count_episodes(rewards, dones)
+                reward_sum += rewards.mean()
+                for key, value in extras["log"].items():
+                    sums[key] = sums.get(key, torch.zeros(())) + value
+            collected = time.perf_counter()
+            self.ppo.compute_returns(obs)
+        losses = self.ppo.update()
+        end = time.perf_counter()
+        self.iteration += 1
+        self.seconds += end - start
+        record = {
+            "iteration": self.iteration,
+            "samples": self.iteration * self.samples_per_iteration,
+            "time/seconds": self.seconds,
+            "time/samples_per_second": self.samples_per_iteration / (end - start),
+            "time/collect": collected - start,
+            "time/learn": end - collected,
+            "reward/total": float(reward_sum) / steps,
+            **{key: float(value) / steps for key, value in sums.items()},
+            "learn/action_std": self.ppo.get_policy().output_std.mean().item(),
+            "learn/learning_rate": self.ppo.learning_rate,
+            "learn/entropy_weight": self.ppo.entropy_coef,
+            **{f"learn/{key}": value for key, value in losses.items() if key != "symmetry"},
+        }
+        if self._episodes:
+            returns, lengths = zip(*self._episodes, strict=True)
+            record["episode/return"] = sum(returns) / len(returns)
+            record["episode/seconds"] = sum(lengths) / len(lengths)
+        return record
+
+    def _load_learner(self, state: dict[str, Any], run: Path) -> None:
+        try:
+            self.ppo.load(state["ppo"], None, strict=True)
+        except (KeyError, RuntimeError, ValueError) as error:
+            raise FileProblem(run, f"holds a checkpoint of another configuration ({error}).") from error
+
+    def _count_episodes(self, rewards: torch.Tensor, dones: torch.Tensor) -> None:
+        self._returns = self._returns + rewards
+        self._lengths = self._lengths + self.env.robot.control_dt
+        ended = torch.nonzero(dones).flatten()
+        if len(ended):
+            self._episodes.extend(zip(self._returns[ended].tolist(), self._lengths[ended].tolist(), strict=True))
+            self._returns[ended] = 0.0
+            self._lengths[ended] = 0.0
+
+    def _save(self) -> None:
+        content = {
+            "iteration": self.iteration,
+            "seconds": self.seconds,
+            "ppo": self.ppo.save(),
+            "env": self.env.state_dict(),
+            "torch_rng": torch.get_rng_state(),
+            "returns": self._returns,
+            "lengths": self._lengths,
+            "episodes": [list(pair) for pair in self._episodes],
+        }
+        checkpoint.save(self.run, self.iteration, content, self.config.keep_every)
+
+
+@contextmanager
+def stop_on_signal() -> Iterator[list[int]]:
+    """A list that SIGINT and SIGTERM fill; a second signal interrupts at once."""
+    received: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if received:
+            raise KeyboardInterrupt
+        received.append(number)
+        _log.warning("Stopping after this update; once more to stop at once.")
+
+    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield received
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Films and renderings of the robot."""

@@ -1,0 +1,346 @@
+"""The environment: N robots told to run gaits, seen through 52 numbers, rewarded for symmetry."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from rsl_rl.env import VecEnv
+from tensordict import TensorDict
+
+from rl.physics.protocol import Physics, Pose, RobotState, heading_velocity
+from rl.physics.randomization import RandomizationConfig
+from rl.task import rewards
+from rl.task.commands import CommandConfig, Commands, uniform
+from rl.task.curriculum import RewardCurriculum
+from rl.task.privileged import PRIVILEGED, privileged_terms
+from rl.task.rewards import RewardConfig
+from rl.task.termination import TerminationConfig, fallen
+from symdyn.errors import InvalidValue
+from symdyn.gait import phase as clock
+from symdyn.gait.timing import TimingCurve
+from symdyn.io.files import write_json
+from symdyn.policy.observation import OBSERVATION, command_terms
+from symdyn.robot.definition import GO2, Robot
+from symdyn.robot.frames import projected_gravity, rotate_inverse
+from symdyn.robot.legs import JOINTS
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ResetConfig:
+    """How an episode begins: the default pose just above the ground, disturbed.
+
+    Attributes:
+        joint_noise: half-width on every joint angle, rad.
+        velocity_noise: half-width on each component of the trunk's velocity in the heading frame, m/s.
+        commanded_share: the trunk already moves at up to this share of the commanded velocity, drawn uniformly: a robot
+            that is thrown forward has to run, and finds out what running is worth (cf. the initial states of
+            Peng et al. 2018).
+    """
+
+    joint_noise: float = 0.1
+    velocity_noise: float = 0.3
+    commanded_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0.0 <= value < math.inf:
+                raise InvalidValue(f"reset.{name}", value, "a number >= 0")
+
+
+@dataclass(frozen=True)
+class EnvConfig:
+    """Everything about the task.
+
+    Attributes:
+        episode_s: length of an episode, s (paper).
+        curriculum: how the reward changes while training.
+    """
+
+    episode_s: float = 30.0
+    commands: CommandConfig = field(default_factory=CommandConfig)
+    rewards: RewardConfig = field(default_factory=RewardConfig)
+    curriculum: RewardCurriculum = field(default_factory=RewardCurriculum)
+    randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
+    termination: TerminationConfig = field(default_factory=TerminationConfig)
+    reset: ResetConfig = field(default_factory=ResetConfig)
+
+
+class GaitEnv(VecEnv):
+    """rsl_rl's vector environment over a :class:`rl.physics.protocol.Physics`.
+
+    Observation groups: ``policy``, the 52 numbers of symdyn.policy.observation, noisy; ``privileged``, what only a
+    simulator knows (rl.task.privileged), for the critic.
+
+    Args:
+        config: the task.
+        physics: the engine, already built for ``num_envs`` robots.
+        timing: T(v) and beta(v).
+        seed: of everything random in here.
+        robot: whose names, pose and gains.
+        dump_dir: where the state of a diverged simulation is written, or None.
+
+    Raises:
+        InvalidValue: for a setting out of range.
+    """
+
+    def __init__(
+        self,
+        config: EnvConfig,
+        physics: Physics,
+        timing: TimingCurve,
+        seed: int = 0,
+        robot: Robot = GO2,
+        dump_dir: Path | None = None,
+    ) -> None:
+        if config.episode_s < robot.control_dt:
+            raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {robot.control_dt} s")
+        self.config = config
+        self.set_progress(0)
+        self.cfg = config  # rsl_rl's name for it
+        self.physics = physics
+        self.timing = timing
+        self.robot = robot
+        self.num_envs = n = physics.num_envs
+        self.num_actions = len(JOINTS)
+        self.device = "cpu"
+        self.max_episode_length = round(config.episode_s / robot.control_dt)
+        self.generator = torch.Generator().manual_seed(seed)
+        self.commands = Commands(config.commands, n, self.generator)
+        self._dump_dir = dump_dir
+        self._default_pos = torch.tensor(robot.default_joint_pos, dtype=torch.float32)
+        self._noise = torch.tensor(OBSERVATION.noise_amplitude(), dtype=torch.float32)
+        self._expectation = clock.SwingExpectation.of(config.rewards.kappa, torch.zeros(1))
+        self.episode_length_buf = torch.zeros(n, dtype=torch.int64)
+        self.phase = torch.zeros(n)
+        self.last_action = torch.zeros(n, self.num_actions)
+        self.last_torque = torch.zeros(n, self.num_actions)
+        self.velocity_h = torch.zeros(n, 3)
+        self.push_due = torch.zeros(n)
+        self._late = (torch.arange(n) < config.randomization.late_share * n)[:, None]
+        self._draw_dynamics()
+        self._reset(torch.arange(n))
+        state = physics.read()
+        self.last_torque.copy_(state.joint_torque)
+        self._observation = self._observe(state)
+
+    def get_observations(self) -> TensorDict:
+        """The observations of the present state: the tensors that the last step returned."""
+        return self._observation
+
+    def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict[str, Any]]:
+        """One control step.
+
+        Args:
+            actions: (N, 12); target = default_joint_pos + action_scale * action.
+
+        Returns:
+            observations (of the new episode where one ended), rewards (N,), dones (N,) int64, and extras: ``time_outs``
+            (N,) and ``log`` (means of the weighted reward terms, of speed error and of falls).
+        """
+        applied = torch.where(self._late, self.last_action, actions)
+        self.physics.step(self._default_pos + self.robot.action_scale * applied)
+        state = self.physics.read()
+        self.episode_length_buf += 1
+        diverged = ~state.finite()
+        if diverged.any():
+            state = self._discard(state, diverged)
+        duty, period = self.duty_and_period()
+        self.phase = clock.advance(self.phase, period, self.robot.control_dt)
+        self._filter_velocity(state, period)
+        terms = self._reward_terms(state, actions, duty)
+        reward = rewards.total(terms, self.rewards.exp_share, self.rewards.softness)
+        reward[diverged] = 0.0
+        fell = fallen(state, self.config.termination) | diverged
+        time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
+        extras = {"time_outs": time_out.float(), "log": self._log_values(terms, fell)}
+        self.last_action = actions.clone()  # a reset writes to it, and the learner keeps its own
+        self.last_torque = state.joint_torque
+        self.commands.update(self.episode_length_buf * self.robot.control_dt)
+        pushed = self._push_due()
+        done = fell | time_out
+        ids = torch.nonzero(done).flatten()
+        if len(ids):
+            self._reset(ids)
+        if len(ids) or pushed:
+            state = self.physics.read()
+            self.last_torque[ids] = state.joint_torque[ids]
+        self._observation = self._observe(state)
+        return self._observation, reward, done.long(), extras
+
+    def set_progress(self, samples: int) -> None:
+        """Take the reward that the curriculum has for so many samples."""
+        self.rewards = self.config.curriculum.at(self.config.rewards, samples)
+
+    def duty_and_period(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """beta and T (s) of the present commands, (N,) each."""
+        v, length = self.commands.velocity[:, 0], self.robot.leg_length
+        duty = self.timing.duty(v, length, self.commands.duty_delta)
+        return duty, self.timing.period(v, length, self.commands.period_delta)
+
+    def leg_phases(self) -> torch.Tensor:
+        """Phase of each leg, (N, 4)."""
+        reversal = self.config.commands.time_reversal
+        return clock.leg_phase(self.phase, self.commands.offsets, self.commands.velocity[:, 0], reversal)
+
+    def state_dict(self) -> dict[str, Any]:
+        """All that decides what comes next: the engine, the clock, the commands and the random numbers."""
+        return {
+            "physics": self.physics.state_dict(),
+            "commands": self.commands.state_dict(),
+            "generator": self.generator.get_state(),
+            "observation": {k: v.clone() for k, v in self._observation.items()},
+            **{name: getattr(self, name).clone() for name in self._STATE},
+        }
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on from :meth:`state_dict`."""
+        self.physics.load_state_dict(state["physics"])
+        self.commands.load_state_dict(state["commands"])
+        self.generator.set_state(state["generator"])
+        self._observation = TensorDict(state["observation"], batch_size=[self.num_envs])
+        for name in self._STATE:
+            setattr(self, name, state[name].clone())
+
+    _STATE = ("episode_length_buf", "phase", "last_action", "last_torque", "velocity_h", "push_due", "dynamics")
+
+    def _filter_velocity(self, state: RobotState, period: torch.Tensor) -> None:
+        strides = self.rewards.velocity_filter
+        now = heading_velocity(state)
+        if strides > 0.0:
+            gain = -torch.expm1(-self.robot.control_dt / (strides * period))[:, None]
+            now = self.velocity_h + gain * (now - self.velocity_h)
+        self.velocity_h = now
+
+    def _reward_terms(self, state: RobotState, actions: torch.Tensor, duty: torch.Tensor) -> dict[str, torch.Tensor]:
+        c, command = self.rewards, self.commands.velocity
+        phases = self.leg_phases()
+        sole_height = state.foot_pos_w[..., 2] - self.physics.foot_radius
+        swing, progress = clock.in_swing(phases, duty), clock.swing_progress(phases, duty)
+        force, speed = state.foot_force_w.norm(dim=-1), state.foot_vel_w.norm(dim=-1)
+        x, y, yaw = self.velocity_h.unbind(dim=1)
+        band = self.robot.base_height_range
+        expected = self._expectation(phases, duty)
+        terms = {
+            "x_velocity": c.x_velocity * rewards.velocity_error(x, command[:, 0], c.x_rate),
+            "y_velocity": c.y_velocity * rewards.velocity_error(y, command[:, 1], c.y_rate),
+            "yaw_velocity": c.yaw_velocity * rewards.velocity_error(yaw, command[:, 2], c.yaw_rate),
+            "base_height": c.base_height * rewards.base_height(state.base_pos_w[:, 2], band, c.height_rate),
+            "torque_change": c.torque_change
+            * rewards.torque_change(state.joint_torque, self.last_torque, c.torque_rate),
+            "hip_action": c.hip_action * rewards.hip_action(actions, c.hip_rate),
+            "clearance": c.clearance
+            * rewards.clearance(sole_height, swing, progress, c.clearance_height, c.clearance_rate),
+            "temporal": c.temporal * rewards.temporal(force, speed, expected, c.force_rate, c.foot_speed_rate),
+        }
+        if c.morphological_term:
+            terms["morphological"] = c.morphological * rewards.morphological(
+                state.joint_pos, self.commands.offsets, c.pair_rate
+            )
+        return terms
+
+    def _log_values(self, terms: dict[str, torch.Tensor], fell: torch.Tensor) -> dict[str, torch.Tensor]:
+        log = {f"reward/{name}": value.mean() for name, value in terms.items()}
+        log["task/x_velocity_error"] = (self.velocity_h[:, 0] - self.commands.velocity[:, 0]).abs().mean()
+        log["task/fell_per_s"] = fell.float().mean() / self.robot.control_dt
+        return log
+
+    def _observe(self, state: RobotState) -> TensorDict:
+        duty, _ = self.duty_and_period()
+        phases = self.leg_phases()
+        terms = {
+            "projected_gravity_b": projected_gravity(state.base_quat_w),
+            "joint_pos_rel": state.joint_pos - self._default_pos,
+            "joint_vel": state.joint_vel,
+            "last_action": self.last_action,
+            **command_terms(self.commands.offsets, self.commands.velocity, phases, duty),
+        }
+        policy = OBSERVATION.assemble(terms)
+        if self.config.randomization.observation_noise:
+            policy = policy + self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
+        privileged = PRIVILEGED.assemble(
+            privileged_terms(
+                state,
+                self.velocity_h,
+                phases,
+                self.dynamics,
+                self.physics.foot_radius,
+                self._default_pos,
+                self.robot.base_height,
+            )
+        )
+        return TensorDict({"policy": policy, "privileged": privileged}, batch_size=[self.num_envs])
+
+    def _draw_dynamics(self) -> None:
+        r, n = self.config.randomization, (self.num_envs,)
+        mass, friction = uniform(r.added_mass, n, self.generator), uniform(r.friction, n, self.generator)
+        self.dynamics = torch.stack([mass, friction], dim=1)
+        self.physics.set_dynamics(mass.double().numpy(), friction.double().numpy())
+
+    def _reset(self, ids: torch.Tensor) -> None:
+        n, r = len(ids), self.config.reset
+        joint_noise = uniform((-r.joint_noise, r.joint_noise), (n, self.num_actions), self.generator)
+        velocity = uniform((-r.velocity_noise, r.velocity_noise), (n, 3), self.generator)
+        heading = uniform((-np.pi, np.pi), (n,), self.generator)
+        self.commands.reset(ids)
+        if r.commanded_share > 0.0:
+            share = uniform((0.0, r.commanded_share), (n, 1), self.generator)
+            velocity[:, :2] += share * self.commands.velocity[ids, :2]
+        quat = torch.stack([torch.cos(heading / 2), 0 * heading, 0 * heading, torch.sin(heading / 2)], dim=1)
+        position = torch.zeros(n, 3)
+        position[:, 2] = self.robot.base_height
+        pose = Pose(
+            base_pos_w=position.double().numpy(),
+            base_quat_w=quat.double().numpy(),
+            # drawn in the heading frame; the rotation's inverse is that by minus the angle
+            base_vel_w=rotate_inverse(quat * torch.tensor([1.0, -1.0, -1.0, -1.0]), velocity).double().numpy(),
+            joint_pos=(self._default_pos + joint_noise).double().numpy(),
+        )
+        self.physics.reset(ids.numpy(), pose)
+        self.episode_length_buf[ids] = 0
+        self.phase[ids] = torch.rand(n, generator=self.generator)
+        self.last_action[ids] = 0.0
+        self.velocity_h[ids] = torch.cat([velocity[:, :2], torch.zeros(n, 1)], dim=1)
+        self.push_due[ids] = uniform(self.config.randomization.push_interval_s, (n,), self.generator)
+
+    def _push_due(self) -> bool:
+        time = self.episode_length_buf * self.robot.control_dt
+        ids = torch.nonzero(time >= self.push_due).flatten()
+        if not len(ids):
+            return False
+        r = self.config.randomization
+        velocity = torch.zeros(len(ids), 3)
+        velocity[:, :2] = uniform(r.push, (len(ids), 2), self.generator)
+        self.physics.push(ids.numpy(), velocity.double().numpy())
+        self.push_due[ids] = time[ids] + uniform(r.push_interval_s, (len(ids),), self.generator)
+        return True
+
+    def _discard(self, state: RobotState, diverged: torch.Tensor) -> RobotState:
+        """Log and dump simulations that diverged; the state returned has zeros for them (they are reset next)."""
+        ids = torch.nonzero(diverged).flatten().tolist()
+        _log.warning("%d of %d simulations diverged and are reset: %s", len(ids), self.num_envs, ids[:8])
+        if self._dump_dir is not None:
+            commands = {k: _as_text(v[ids[0]].tolist()) for k, v in self.commands.state_dict().items()}
+            dump = {"env": ids[0], "commands": commands}
+            dump |= {k: _as_text(v) for k, v in self.physics.dump(ids[0]).items()}
+            write_json(self._dump_dir / f"diverged_env{ids[0]}.json", dump)
+        clean = {}
+        for name, value in vars(state).items():
+            value = value.clone()
+            value[diverged] = 0.0
+            clean[name] = value
+        return RobotState(**clean)
+
+
+def _as_text(value: Any) -> Any:
+    """Numbers as JSON holds them exactly; those that are no JSON (nan, inf) as Python writes them."""
+    if isinstance(value, list):
+        return [_as_text(item) for item in value]
+    return value if not isinstance(value, float) or math.isfinite(value) else repr(value)

@@ -1,0 +1,73 @@
+"""What the critic sees besides the policy's observation: quantities that a simulator knows and a robot does not.
+
+It serves learning alone; the policy's input stays the 52 numbers. It has the form of symdyn.policy.observation, so that
+its mirror image is derived in the same way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+
+from rl.physics.protocol import RobotState
+from symdyn.policy.observation import Layout, Term
+from symdyn.robot.frames import projected_gravity, rotate_inverse
+from symdyn.robot.legs import JOINTS, LEGS
+
+_XYZ = ("x", "y", "z")
+
+PRIVILEGED = Layout(
+    (
+        Term("gravity_b", _XYZ, "1", 1.0, 0.0, "polar_b", "unit vector of gravity, without noise"),
+        Term("joint_pos_rel", JOINTS, "rad", 1.0, 0.0, "joint", "joint positions minus the default pose, no noise"),
+        Term("joint_vel", JOINTS, "rad/s", 0.05, 0.0, "joint", "joint velocities, without noise"),
+        Term("base_lin_vel_b", _XYZ, "m/s", 1.0, 0.0, "polar_b", "trunk velocity"),
+        Term("base_ang_vel_b", _XYZ, "rad/s", 0.25, 0.0, "axial_b", "trunk angular velocity"),
+        Term(
+            "velocity_h", ("v_x", "v_y", "yaw_rate"), "m/s, m/s, rad/s", 1.0, 0.0, "planar_velocity_b",
+            "the velocities that the reward judges",
+        ),
+        Term("base_height", ("z",), "m", 5.0, 0.0, "invariant", "trunk height minus Robot.base_height"),
+        Term("foot_force", LEGS, "N", 0.01, 0.0, "leg", "magnitude of the ground reaction force"),
+        Term("foot_height", LEGS, "m", 10.0, 0.0, "leg", "sole above ground"),
+        Term("foot_speed", LEGS, "m/s", 0.5, 0.0, "leg", "speed of the foot"),
+        Term("clock_cos", LEGS, "1", 1.0, 0.0, "leg", "cos(2 pi phi_i)"),
+        Term("dynamics", ("added_mass", "friction"), "kg, 1", 1.0, 0.0, "invariant", "what was randomised"),
+    )
+)  # fmt: skip
+
+
+def privileged_terms(
+    state: RobotState,
+    velocity_h: torch.Tensor,
+    leg_phases: torch.Tensor,
+    dynamics: torch.Tensor,
+    foot_radius: float,
+    default_joint_pos: torch.Tensor,
+    base_height: float,
+) -> dict[str, torch.Tensor]:
+    """The values of :data:`PRIVILEGED`.
+
+    Args:
+        state: of N robots.
+        velocity_h: (N, 3).
+        leg_phases: (N, 4).
+        dynamics: (N, 2) added mass and friction factor.
+        foot_radius: m.
+        default_joint_pos: (12,) rad.
+        base_height: what heights are measured from, m.
+    """
+    return {
+        "gravity_b": projected_gravity(state.base_quat_w),
+        "joint_pos_rel": state.joint_pos - default_joint_pos,
+        "joint_vel": state.joint_vel,
+        "base_lin_vel_b": rotate_inverse(state.base_quat_w, state.base_lin_vel_w),
+        "base_ang_vel_b": state.base_ang_vel_b,
+        "velocity_h": velocity_h,
+        "base_height": state.base_pos_w[:, 2:] - base_height,
+        "foot_force": state.foot_force_w.norm(dim=-1),
+        "foot_height": state.foot_pos_w[..., 2] - foot_radius,
+        "foot_speed": state.foot_vel_w.norm(dim=-1),
+        "clock_cos": torch.cos(2.0 * np.pi * leg_phases),
+        "dynamics": dynamics,
+    }

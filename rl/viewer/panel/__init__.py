@@ -1,0 +1,1 @@
+"""Footfalls, metrics and text beside the robot, as SVG and Markdown."""

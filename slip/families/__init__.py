@@ -1,0 +1,1 @@
+"""Families of periodic gaits: continuation, junctions, search, storage."""

@@ -1,0 +1,1 @@
+"""The spring-loaded quadruped: parameters, equations of motion, unknowns of a stride, names of gaits."""

@@ -1,0 +1,1 @@
+"""One periodic gait: the stride, Newton's method, stability, symmetry, an independent simulation."""

@@ -1,0 +1,1 @@
+"""From a URDF to the spring-loaded model: description, mass and inertia, morphological symmetry, units."""

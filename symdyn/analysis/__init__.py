@@ -1,0 +1,1 @@
+"""What was measured: recordings, footfalls, metrics, trials of timings."""

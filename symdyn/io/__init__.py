@@ -1,0 +1,1 @@
+"""Files that are whole or absent, settings as plain data, the terminal."""

@@ -1,0 +1,5 @@
+"""Exit codes of the commands."""
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+"""128 + SIGINT, as shells have it: the command was interrupted and can go on later."""

@@ -1,0 +1,1 @@
+"""The command ``symdyn``, and the commands in which packages meet."""

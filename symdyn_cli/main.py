@@ -1,0 +1,80 @@
+"""The command ``symdyn``: finds the subcommand and imports only what it needs.
+
+Every command is a module with ``run(arguments) -> exit code``. This file imports none of them, so that ``symdyn
+--help`` answers at once and a robot's computer needs no trainer.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from symdyn.errors import SymdynError, UnknownName
+from symdyn.io.exit_codes import BAD_INPUT, INTERRUPTED
+from symdyn_cli.commands import GROUPS, Command
+
+_WIDTH = max(len(name) for group in GROUPS.values() for name in group)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point. Returns the exit code: 0 done, 2 bad input, 130 interrupted.
+
+    Args:
+        arguments: of the command line, without the program's name; ``sys.argv`` if None.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not given or given[0] in ("-h", "--help"):
+        sys.stdout.write(overview())
+        return 0
+    if given[0] == "--version":
+        from importlib.metadata import version
+
+        sys.stdout.write(f"symdyn {version('symdyn-gaits')}\n")
+        return 0
+    commands = {name: command for group in GROUPS.values() for name, command in group.items()}
+    try:
+        if given[0] not in commands:
+            raise UnknownName("command", given[0], commands)
+        return _run(given[0], commands[given[0]], given[1:])
+    except SymdynError as error:
+        return _fail(str(error))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader (head, less) has gone; without this the interpreter complains once more while it exits
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def overview() -> str:
+    """The text of ``symdyn --help``: commands by what one wants to do, with an example each."""
+    lines = [
+        "symdyn: one definition of a gait for analysis, training and the robot.",
+        "",
+        "usage: symdyn COMMAND [options]",
+    ]
+    for group, commands in GROUPS.items():
+        lines += ["", f"{group}:"]
+        for name, command in commands.items():
+            lines += [f"  {name:<{_WIDTH}} {command.summary}", f"  {'':<{_WIDTH}} $ {command.example}"]
+    lines += ["", "'symdyn COMMAND --help' explains every option. 'symdyn --version' prints the version.", ""]
+    return "\n".join(lines)
+
+
+def _run(name: str, command: Command, arguments: list[str]) -> int:
+    try:
+        module = importlib.import_module(command.module)
+    except ModuleNotFoundError as error:
+        if command.extra is None or error.name == command.module:
+            raise
+        return _fail(
+            f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'."
+        )
+    return module.run(arguments)
+
+
+def _fail(message: str) -> int:
+    sys.stderr.write(f"symdyn: error: {message}\n")
+    return BAD_INPUT

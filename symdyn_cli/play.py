@@ -1,0 +1,201 @@
+"""``symdyn play``: a policy live in the browser; or, in the same page, the robot that LCM tells of."""
+
+from __future__ import annotations
+
+from rl.physics.threads import wait_passively
+
+wait_passively()  # before torch
+
+import os  # noqa: E402
+import signal  # noqa: E402
+from collections.abc import Iterator, Sequence  # noqa: E402
+from contextlib import AbstractContextManager, closing, contextmanager  # noqa: E402
+from dataclasses import dataclass  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import Annotated  # noqa: E402
+
+import numpy as np  # noqa: E402
+import tyro  # noqa: E402
+from rich.console import Console  # noqa: E402
+
+from rl.pretrained import policy_path  # noqa: E402
+from rl.viewer.live.runner import Runner  # noqa: E402
+from rl.viewer.live.simulation import LiveSimulation  # noqa: E402
+from rl.viewer.panel.report import paragraph  # noqa: E402
+from rl.viewer.shown import Pose  # noqa: E402
+from rl.viewer.window.controls import Controls  # noqa: E402
+from rl.viewer.window.live_view import LiveView  # noqa: E402
+from rl.viewer.window.page import Page  # noqa: E402
+from rl.viewer.window.server import DEFAULT_HOST, DEFAULT_PORT, is_loopback, serving, url  # noqa: E402
+from rl.viewer.window.watched import News, Watched  # noqa: E402
+from symdyn.errors import InvalidValue, ResourceProblem  # noqa: E402
+from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.policy.file import Policy  # noqa: E402
+from symdyn.robot.definition import GO2  # noqa: E402
+from symdyn.robot.frames import to_heading  # noqa: E402
+
+_ROBOT_SIM = "--robot-sim"
+
+_TRUTH_GAP_S = 0.1
+"""s without the simulator's truth after which the robot's own sensors are shown."""
+
+_UNIT = 0.02  # by which the length of a quaternion may differ from 1
+
+_INTRODUCTION = """What LCM tells of the robot is shown; nothing is sent to it. Drag in the picture to turn it, scroll
+to come nearer."""
+
+
+@dataclass(frozen=True)
+class PlayArguments:
+    """A policy live in the browser: the robot in MuJoCo in real time, with buttons for gaits, mixtures of gaits, speed,
+    pushes, payload, friction and uneven ground, and what it makes of them: footfalls, velocity, timing, cost of
+    transport. Needs no screen and no graphics card here; the page is for a browser on this or another computer.
+
+    With --robot-sim instead: watch the robot that LCM tells of, simulated (symdyn robot-sim) or real. Nothing is sent.
+
+    Attributes:
+        policy: the file; the policy that comes with symdyn if left out.
+        port: of the page; 0 takes a free one.
+        host: name or address of this computer under which others reach the page. 127.0.0.1 is for this computer alone;
+            0.0.0.0 is for everybody in the network, and there is no password.
+        robot_sim: watch LCM at this URL; without a URL at LCM_DEFAULT_URL, or at LCM's own default.
+        seed: decides the stride phase of each start.
+    """
+
+    policy: Annotated[Path | None, tyro.conf.Positional] = None
+    port: int = DEFAULT_PORT
+    host: str = DEFAULT_HOST
+    robot_sim: Annotated[str | None, tyro.conf.arg(metavar="[URL]")] = None
+    seed: int = 0
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input; Ctrl-C is its usual end."""
+    args = tyro.cli(PlayArguments, args=_with_url(arguments), prog="symdyn play")
+    console = make_console()
+    log_to(console)
+    show = _simulated if args.robot_sim is None else _watched
+    try:
+        with _ended_by_sigterm(), show(args, console) as page:
+            page.wait()
+    except KeyboardInterrupt:
+        console.print("Ended.")
+    return 0
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """A block that SIGTERM ends as Ctrl-C does."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _with_url(arguments: Sequence[str]) -> list[str]:
+    """The arguments, and after a bare --robot-sim the URL that is meant."""
+    given = list(arguments)
+    if _ROBOT_SIM in given:
+        place = given.index(_ROBOT_SIM) + 1
+        if place == len(given) or "://" not in given[place]:
+            from hardware.wire.link import DEFAULT_URL
+
+            given.insert(place, os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL)
+    return given
+
+
+@contextmanager
+def _simulated(args: PlayArguments, console: Console) -> Iterator[Page]:
+    if args.seed < 0:
+        raise InvalidValue("--seed", args.seed, "a whole number >= 0")
+    path = args.policy or policy_path()
+    policy = Policy.load(path)
+    with serving(args.host, args.port) as server:
+        runner = Runner(LiveSimulation(policy, args.seed))
+        page = Page(server, runner.simulation.robot, LiveView(runner), "What you tell it")
+        Controls(server, runner, path.name)
+        runner.start()
+        page.start()
+        try:
+            console.print(f"{path.name} runs; it was trained on {', '.join(policy.gaits)}.")
+            _tell_address(console, args.host, server.get_port())
+            yield page
+        finally:
+            page.close()
+            runner.close()
+
+
+@contextmanager
+def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
+    if args.policy is not None:
+        raise InvalidValue("POLICY", str(args.policy), f"left out with {_ROBOT_SIM}, which shows what runs elsewhere")
+    lcm_url = str(args.robot_sim)
+    watched = Watched(
+        f"{GO2.name.capitalize()} on LCM",
+        f"Nothing comes from {lcm_url}: is symdyn robot-sim, or the bridge of a robot, running there?",
+    )
+    try:
+        listening = _listen(lcm_url, watched)
+    except ModuleNotFoundError as error:
+        raise ResourceProblem(
+            f"{_ROBOT_SIM} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[hardware]'."
+        ) from error
+    with listening, serving(args.host, args.port) as server:
+        page = Page(server, GO2, watched, "Robot on LCM")
+        server.gui.add_html(paragraph(_INTRODUCTION))
+        page.start()
+        try:
+            console.print(f"Listening to {lcm_url}.")
+            _tell_address(console, args.host, server.get_port())
+            yield page
+        finally:
+            page.close()
+
+
+def _listen(lcm_url: str, watched: Watched) -> AbstractContextManager[object]:
+    """Tell the page what LCM tells, from now until the end of a block.
+
+    Raises:
+        InvalidValue, ResourceProblem: as hardware.wire.link.Link.
+        ModuleNotFoundError: if the packages for the robot are not installed.
+    """
+    from hardware.estimation.contact import ContactConfig, FootContact
+    from hardware.estimation.kinematics import LegKinematics
+    from hardware.wire.channels import IMU, JOINTS, TRUTH
+    from hardware.wire.link import Link
+    from hardware.wire.readings import Imu, Joints
+    from hardware.wire.sdk_order import LEGS_FROM_SDK
+
+    feet = FootContact(ContactConfig(), LegKinematics(GO2))
+
+    def hear(channel: str, _: bytes, arrival: float, __: int) -> None:
+        joints_heard, imu_heard, truth_heard = (link.latest(name) for name in (JOINTS, IMU, TRUTH))
+        # the truth, where there is one, comes seldomer and says more
+        has_truth = truth_heard is not None and arrival - truth_heard.arrival < _TRUTH_GAP_S
+        if channel != (TRUTH if has_truth else IMU) or joints_heard is None or imu_heard is None:
+            return
+        joints, imu = Joints.of(joints_heard.message), Imu.of(imu_heard.message)
+        if truth_heard is not None and has_truth:
+            truth = truth_heard.message
+            position, orientation = np.array(truth.p), np.array(truth.quat)
+            speed = float(to_heading(orientation, np.array(truth.vWorld))[0])
+            contact = np.array(truth.contact_estimate)[list(LEGS_FROM_SDK)] > 0.5
+        else:
+            position, orientation, speed = None, imu.quat_w, None
+            contact = feet.update(imu, joints, 0.0)
+        if abs(float(np.linalg.norm(orientation)) - 1.0) > _UNIT or not joints.finite():
+            return  # the bridge has not heard of the robot yet, or something is badly wrong
+        watched.hear(News(arrival, Pose(arrival, position, orientation, joints.pos, contact), joints.torque, speed))
+
+    link = Link(lcm_url, (JOINTS, IMU, TRUTH), hear)
+    link.start()
+    return closing(link)
+
+
+def _tell_address(console: Console, host: str, port: int) -> None:
+    console.print(f"Open {url(host, port)} in a browser. Ctrl-C ends.", soft_wrap=True)
+    if not is_loopback(host):
+        console.print(f"Whoever reaches port {port} of this computer can see the page and use it.", style="yellow")
+    elif "SSH_CONNECTION" in os.environ:
+        console.print(f"Elsewhere: ssh -L {port}:{host}:{port} to this computer, then the same.", soft_wrap=True)

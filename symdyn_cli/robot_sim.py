@@ -1,0 +1,174 @@
+"""``symdyn robot-sim``: a simulated Go2 that speaks the real one's protocol."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import signal
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from hardware.robot_sim.faults import FAULTS
+from hardware.robot_sim.knees import add_knees
+from hardware.robot_sim.rig import PlannedFault, Rig, Since
+from hardware.robot_sim.scenarios import SCENARIOS, get_scenario
+from hardware.robot_sim.sensors import NO_NOISE, SensorNoise
+from hardware.robot_sim.session import Session
+from hardware.robot_sim.simulated_robot import SimulatedRobot, Start
+from hardware.wire.link import DEFAULT_URL
+from rl.physics.model import build_spec, force_sensor
+from symdyn.errors import InvalidValue
+from symdyn.io.console import log_to, make_console
+from symdyn.io.files import writable_directory, write_json
+from symdyn.robot.definition import GO2
+from symdyn.robot.legs import LEGS
+
+
+@dataclass(frozen=True)
+class RobotSimArguments:
+    """A Go2 in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes through
+    a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
+
+    Attributes:
+        url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
+        scenario: what the person does; see above.
+        start: how the robot is found.
+        fault: what goes wrong; see above.
+        fault_at: when, s.
+        fault_since: what that counts from: the start of this command, the first targets of Stand, or those of Run.
+        fault_for: how long, s; if left out, as is usual for the fault.
+        fault_size: how much; if left out, as above.
+        noise: whether the sensors are noisy.
+        wakes_at: s after which the bridge hears of the robot; until then it publishes zeros, as the real one does.
+        realtime: ask for real-time scheduling, as symdyn deploy does: a robot has a computer of its own.
+        seed: of noise, biases, the feet's units and the fault's chance.
+        duration: s; if left out, until the script's end, or Ctrl-C.
+        out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
+    """
+
+    url: str | None = None
+    scenario: str = "run"
+    start: Start = "lying"
+    fault: str | None = None
+    fault_at: float = 1.0
+    fault_since: Since = "start"
+    fault_for: float | None = None
+    fault_size: float | None = None
+    noise: bool = True
+    wakes_at: float = 0.5
+    realtime: bool = True
+    seed: int = 0
+    duration: float | None = None
+    out: Path | None = None
+
+
+def go2(
+    seed: int = 0, start: Start = "lying", noise: SensorNoise | None = None, wakes_at: float = 0.0
+) -> SimulatedRobot:
+    """A simulated Go2: the trainer's model with knees, behind the bridge. See SimulatedRobot."""
+    model = add_knees(build_spec(GO2), GO2).compile()
+    return SimulatedRobot(model, GO2, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command. Raises SymdynError for bad input."""
+    args = tyro.cli(RobotSimArguments, args=list(arguments), prog="symdyn robot-sim", description=_description())
+    scenario = get_scenario(args.scenario)
+    duration = float("inf") if args.duration is None else args.duration
+    if not duration > 0.0:
+        raise InvalidValue("--duration", args.duration, "a time > 0, s")
+    if not args.wakes_at >= 0.0:
+        raise InvalidValue("--wakes-at", args.wakes_at, "a time >= 0, s")
+    if args.seed < 0:
+        raise InvalidValue("--seed", args.seed, "a whole number >= 0")
+    fault = None
+    if args.fault is not None:
+        fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
+    if args.out is not None:
+        writable_directory(args.out.parent)
+    robot = go2(args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at)
+    url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
+    session = Session(url, Rig(robot, scenario, fault, args.seed))
+    console = make_console()
+    log_to(console)
+    console.print(f"A simulated Go2, {args.start}, on {url}. At its joystick: {scenario.help}. Ctrl-C ends.")
+    with _ended_by_signals() as stop, _status(console, session):
+        session.run(duration, stop, args.realtime)
+    summary = {"scenario": args.scenario, "start": args.start, "seed": args.seed, "fault_name": args.fault}
+    summary |= session.summary()
+    _tell(console, session)
+    if args.out is not None:
+        write_json(args.out, summary)
+        console.print(f"Wrote {args.out}.")
+    return 0
+
+
+def _description() -> str:
+    lines = [inspect.cleandoc(RobotSimArguments.__doc__ or "").split("\n\n")[0], "", "Scenarios, --scenario:"]
+    lines += [f"  {name}: {scenario.help}" for name, scenario in SCENARIOS.items()]
+    lines += ["", "Faults, --fault (in brackets the usual --fault-size):"]
+    for name, kind in FAULTS.items():
+        size = f" ({kind.size:g} {kind.unit}".rstrip() + ")" if kind.size else ""
+        lines.append(f"  {name}: {kind.help}{size}")
+    return "\n".join(lines)
+
+
+@contextmanager
+def _ended_by_signals():
+    stop, before = threading.Event(), {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        before[number] = signal.signal(number, lambda *_: stop.set())
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class _Status:
+    """One line about the present, drawn anew a few times a second."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def __rich__(self) -> Text:
+        rig, now = self._session.rig, time.monotonic()
+        told = "no targets yet"
+        if rig.monitor.mode != "untold":
+            told = f"{rig.monitor.rate(now):.0f} targets/s: {rig.monitor.mode}, kp {rig.monitor.kp:.0f}"
+        line = f"{rig.robot.time:7.1f} s   trunk at {rig.robot.height:.2f} m, tilted {rig.robot.tilt:.2f} rad   "
+        line += f"{told}   person {rig.person.doing}"
+        return Text(line, no_wrap=True, overflow="ellipsis")
+
+
+def _status(console: Console, session: Session) -> Live:
+    return Live(_Status(session), console=console, refresh_per_second=4, transient=True)
+
+
+def _tell(console: Console, session: Session) -> None:
+    rig, pace = session.rig, session.pace
+    monitor = rig.monitor
+    fell = "did not fall" if rig.fell_at is None else f"fell at {rig.fell_at:.1f} s"
+    told = "It was told nothing."
+    if monitor.count:
+        told = (
+            f"{monitor.count} targets came, the longest gap {1e3 * monitor.longest_gap:.0f} ms; "
+            f"{monitor.torque_excesses} of them beyond the motors' torque."
+        )
+    console.print(f"The robot {fell}; it tilted by at most {rig.max_tilt:.2f} rad. {told}")
+    if rig.fault_began is not None:
+        answer = rig.damping_after_fault
+        told = "no damping came" if answer is None else f"damping came {1e3 * (answer - rig.fault_began):.0f} ms later"
+        console.print(f"After the fault began, {told}.")
+    console.print(
+        f"{pace.periods} periods of 2 ms, {pace.late} of them late and left out; {pace.cpu_share:.0%} of a processor."
+    )
