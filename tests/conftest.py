@@ -123,7 +123,7 @@ def by_hand() -> type[MirroredByHand]:
 def go2_model() -> mujoco.MjModel:
     """The compiled model. Not to be changed: make another with rl.physics.model.build_model for that."""
     from rl.physics.model import build_model
-    from symdyn.robot.definition import GO2
+    from tests.robots import GO2
 
     return build_model(GO2)
 
@@ -154,7 +154,7 @@ def real_states(go2_model: mujoco.MjModel) -> RealStates:
 
     from rl.physics.batch import BatchPhysics
     from rl.physics.protocol import Pose
-    from symdyn.robot.definition import GO2
+    from tests.robots import GO2
 
     n, rng = 24, np.random.default_rng(7)
     physics = BatchPhysics(go2_model, GO2, n, num_threads=1)

@@ -13,7 +13,7 @@ from pathlib import Path  # noqa: E402
 import tyro  # noqa: E402
 
 from rl.cli.evaluate import judge  # noqa: E402
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 
 
@@ -34,9 +34,9 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(DemoArguments, args=list(arguments), prog="symdyn demo")
     console = make_console()
     log_to(console)
-    path = policy_path()
+    path, policy = load_policy(None, None)
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
-    written = judge(path, "quick", args.out, console)
+    written = judge(policy, path, "quick", args.out, console)
     console.print(f"Wrote {written}; open it. Next:")
     console.print("  symdyn record --out out/demo/go2.mp4   # see it run")
     console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")

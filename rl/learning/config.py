@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import tyro
 
 from rl.physics.randomization import RandomizationConfig
 from rl.task.commands import CommandConfig
@@ -13,6 +15,7 @@ from rl.task.curriculum import RewardCurriculum
 from rl.task.env import EnvConfig, ResetConfig
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 PresetName = Literal["cpu", "polish", "sharpen", "harden", "paper", "smoke"]
 
@@ -89,6 +92,7 @@ class TrainConfig:
 
     Attributes:
         preset: where the defaults of this configuration came from.
+        robot: name of the robot, or its robot file (symdyn robots lists the names).
         iterations: updates in total, those before a resume included.
         num_envs: robots simulated in parallel.
         seed: of everything random.
@@ -101,6 +105,7 @@ class TrainConfig:
     """
 
     preset: PresetName = "paper"
+    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     iterations: int = 50_000
     num_envs: int = 2048
     seed: int = 0

@@ -22,9 +22,9 @@ from hardware.wire.messages import leg_control_data_lcmt, state_estimator_lcmt
 from hardware.wire.sdk_order import JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.analysis.recording import Recording
 from symdyn.gait.library import LIBRARY
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
 from tests.hardware.logs.log_sessions import BEGIN, write_session
+from tests.robots import GO2
 from tests.symdyn.analysis.synthetic import recording
 
 DT = 0.005
@@ -39,7 +39,7 @@ def session(*gaits: str, seconds: float = 3.0, speed: float = 0.8) -> tuple[Reco
 
 
 def analysed(path: Path, settle_s: float = 1.0) -> Analysis:
-    return analyse(read_contents(path), settle_s, ContactConfig())
+    return analyse(read_contents(path), GO2, settle_s, ContactConfig())
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState
 from symdyn.errors import InvalidValue
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 
 STAND = torch.from_numpy(GO2.default_joint_pos)
 

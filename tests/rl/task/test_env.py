@@ -30,9 +30,9 @@ from rl.task.rewards import RewardConfig
 from rl.task.termination import TerminationConfig, fallen
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
 from symdyn.robot.frames import yaw
+from tests.robots import GO2
 
 LIVELY = CommandConfig(
     velocity_first_s=(0.1, 0.3), velocity_again_s=(0.1, 0.3), gait_first_s=(0.1, 0.3), gait_again_s=(0.1, 0.3)
@@ -53,7 +53,7 @@ def _compiled() -> mujoco.MjModel:
 
 def make(n: int = 4, seed: int = 0, num_threads: int = 1, dump_dir: Path | None = None, **config: Any) -> GaitEnv:
     physics = BatchPhysics(copy.copy(_compiled()), GO2, n, num_threads)
-    return GaitEnv(EnvConfig(**config), physics, TimingCurve(), seed=seed, dump_dir=dump_dir)
+    return GaitEnv(EnvConfig(**config), physics, TimingCurve(), GO2, seed=seed, dump_dir=dump_dir)
 
 
 def physics_of(env: GaitEnv) -> BatchPhysics:
@@ -86,7 +86,7 @@ def test_observation_is_what_the_robot_and_the_command_say() -> None:
     for action in random_actions(5, 10, scale=0.3):
         obs, _, done, _ = env.step(action.clone())
         assert not done.any()
-        state, part = env.physics.read(), {name: obs["policy"][:, s] for name, s in OBSERVATION.slices.items()}
+        state, part = env.physics.read(), {name: obs["policy"][:, s] for name, s in LAYOUTS["paper"].slices.items()}
         body = Rotation.from_quat(state.base_quat_w.numpy(), scalar_first=True).inv()
         np.testing.assert_allclose(part["projected_gravity_b"], body.apply([0.0, 0.0, -1.0]), atol=1e-6)
         np.testing.assert_allclose(part["joint_pos_rel"], state.joint_pos.numpy() - GO2.default_joint_pos, atol=1e-6)
@@ -121,7 +121,7 @@ def test_privileged_observation_is_what_the_simulator_knows() -> None:
     np.testing.assert_allclose(part["dynamics"][:, 0], mass, atol=1e-5)
     # without the noise of the policy's
     np.testing.assert_allclose(part["joint_pos_rel"], state.joint_pos.numpy() - GO2.default_joint_pos, atol=1e-6)
-    noisy = obs["policy"][:, OBSERVATION.slices["joint_pos_rel"]]
+    noisy = obs["policy"][:, LAYOUTS["paper"].slices["joint_pos_rel"]]
     assert 0.0 < float((noisy - part["joint_pos_rel"]).abs().max()) <= 0.01 + 1e-6
 
 
@@ -156,7 +156,7 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
     amplitude = {"projected_gravity_b": 0.05, "joint_pos_rel": 0.01, "joint_vel": 1.5 * 0.05}
     for name, bound in amplitude.items():
         clean = torch.tensor([0.0, 0.0, -1.0]) if name == "projected_gravity_b" else torch.zeros(12)
-        noise = obs[:, OBSERVATION.slices[name]] - clean
+        noise = obs[:, LAYOUTS["paper"].slices[name]] - clean
         assert kstest(noise.flatten().numpy(), "uniform", (-bound, 2 * bound)).pvalue > 1e-4
         for column in noise.T:
             assert -bound - 1e-6 <= float(column.min()) < -0.95 * bound
@@ -164,7 +164,7 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
         correlation = np.corrcoef(noise.numpy().T)
         assert np.abs(correlation - np.eye(len(correlation))).max() < 0.25  # each number has noise of its own
     quiet = make(n, randomization=NOMINAL, commands=CommandConfig(offset_noise=0.0)).get_observations()["policy"]
-    for name, part in OBSERVATION.slices.items():
+    for name, part in LAYOUTS["paper"].slices.items():
         if name == "last_action":
             assert not obs[:, part].any()
         elif name not in amplitude:
@@ -180,7 +180,7 @@ def test_no_number_of_the_observations_is_constant_but_the_commands_that_are() -
         for group, rows in seen.items():
             rows.append(obs[group])
     constant = set()
-    for group, layout in (("policy", OBSERVATION), ("privileged", PRIVILEGED)):
+    for group, layout in (("policy", LAYOUTS["paper"]), ("privileged", PRIVILEGED)):
         spread = torch.stack(seen[group]).flatten(0, 1).std(dim=0)
         labels = [f"{term.name}.{label}" for term in layout.terms for label in term.labels]
         constant |= {label for label, value in zip(labels, spread.tolist(), strict=True) if value < 1e-6}
@@ -364,7 +364,7 @@ def test_without_time_reversal_backward_robots_have_the_forward_clock() -> None:
     assert torch.allclose(full.leg_phases()[~backward], forward_clock[~backward], atol=1e-6)
     assert torch.allclose(full.leg_phases()[backward], 1.0 - forward_clock[backward], atol=1e-6)
     # and the policy is told so
-    clock = OBSERVATION.slices["clock_sin"]
+    clock = LAYOUTS["paper"].slices["clock_sin"]
     told, told_ablated = (env.get_observations()["policy"][:, clock] for env in (full, ablated))
     assert torch.allclose(told[backward], -told_ablated[backward], atol=1e-5)
     assert torch.equal(told[~backward], told_ablated[~backward])
@@ -383,7 +383,7 @@ def test_a_time_out_ends_the_episode_at_episode_s() -> None:
         assert done.tolist() == [int(ends)] * 3
         assert extras["time_outs"].tolist() == [float(ends)] * 3
         assert env.episode_length_buf.tolist() == [step % 15] * 3
-        last_action = obs["policy"][:, OBSERVATION.slices["last_action"]]
+        last_action = obs["policy"][:, LAYOUTS["paper"].slices["last_action"]]
         assert torch.equal(last_action, torch.zeros(3, 12) if ends else action)
         assert torch.equal(env.commands.velocity, velocity) != ends  # a new episode brings new commands
     assert float(env.physics.read().base_pos_w[:, 2].min()) > 0.3
@@ -413,7 +413,7 @@ def test_a_fallen_robot_is_reset_alone() -> None:
     state = fallen_one.physics.read()
     assert float(state.base_pos_w[2, 2]) == pytest.approx(0.4)
     assert not fallen(state, TerminationConfig()).any()
-    assert not a_obs["policy"][2, OBSERVATION.slices["last_action"]].any()
+    assert not a_obs["policy"][2, LAYOUTS["paper"].slices["last_action"]].any()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])

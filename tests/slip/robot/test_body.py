@@ -27,9 +27,9 @@ from slip.robot.units import DimensionalSlip, slip_parameters, starred, unstarre
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError, UnknownName
 from symdyn.gait.timing import GRAVITY
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 
 # by hand, from the descriptions: LH, LF, RF, RH
 FEET = {
@@ -306,7 +306,7 @@ def test_units_there_and_back(parameters: SlipParameters, mass: float, torso_len
 @given(some_parameters, positive, positive, st.floats(0.0, 10.0))
 def test_units_keep_the_physics(parameters: SlipParameters, mass: float, torso_length: float, speed: float) -> None:
     slip = DimensionalSlip.of_parameters(parameters, mass, torso_length)
-    units, length = slip.robot.units, parameters.rest_length
+    units, length = slip.units, parameters.rest_length
     # the same motions, told in seconds: bouncing, swinging, pitching
     assert math.sqrt(slip.leg_stiffness / mass) * units.time == pytest.approx(math.sqrt(parameters.stiffness))
     assert slip.swing_frequency * units.time == pytest.approx(math.sqrt(parameters.swing_stiffness) / length)
