@@ -48,5 +48,5 @@ def test_its_checkpoint_is_exported_as_it_was_then(tmp_path: Path) -> None:
 def test_a_checkpoint_of_another_robot_is_refused() -> None:
     checkpoint.check_robot({"iteration": 3}, "go2", "run")
     checkpoint.check_robot({"iteration": 3, "robot": "go2"}, "go2", "run")
-    with pytest.raises(FileProblem, match="^run: holds a checkpoint of the robot 'solo12', not of 'go2'"):
+    with pytest.raises(FileProblem, match=r"^run: holds a checkpoint of the robot 'solo12', not of 'go2'"):
         checkpoint.check_robot({"iteration": 3, "robot": "solo12"}, "go2", "run")
