@@ -19,9 +19,9 @@ from symdyn.robot.frames import projected_gravity
 from symdyn.robot.legs import JOINTS
 
 if TYPE_CHECKING:
-    from conftest import MirroredByHand, RealStates
-
     from rl.physics.protocol import RobotState
+    from tests.rl.physics.real_states import RealStates
+    from tests.symdyn.robot.mirrored_by_hand import MirroredByHand
 
 ORDER = [
     ("projected_gravity_b", 3),
