@@ -44,7 +44,7 @@ REAL_TIME = frozenset(
         "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
-        "test_viewer_time.py",
+        "test_runner.py",
     }
 )
 """Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
