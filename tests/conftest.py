@@ -40,7 +40,6 @@ settings.load_profile("symdyn")
 REAL_TIME = frozenset(
     {
         "test_deploy_command.py",
-        "test_play_command.py",
         "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
