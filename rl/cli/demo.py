@@ -38,7 +38,7 @@ def run(arguments: Sequence[str]) -> int:
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
     written = judge(policy, path, "quick", args.out, console)
     console.print(f"Wrote {written}; open it. Next:")
-    console.print("  symdyn record --out out/demo/go2.mp4   # see it run")
+    console.print("  symdyn record --out out/demo/film.mp4   # see it run")
     console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")
     console.print("  symdyn train                           # your own policy")
     return 0
