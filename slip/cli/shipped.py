@@ -22,7 +22,7 @@ from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 
 def wanted() -> dict[str, tuple[SlipParameters, ExploreConfig]]:
-    """By key: the reference parameters' families, and what symdyn fit-curves fits to, the slow ones of the default robot."""
+    """By key: the reference parameters' families, and what symdyn fit-curves fits to, the default robot's slow ones."""
     its = slip_parameters(load_body(DEFAULT_ROBOT))
     pairs = ((REFERENCE, ExploreConfig()), (its, reaching(its, Selection().speeds[1])))
     return {key(parameters, config): (parameters, config) for parameters, config in pairs}
