@@ -7,6 +7,7 @@ from rl.physics.threads import wait_passively
 wait_passively()  # before torch
 
 import argparse  # noqa: E402
+import contextlib  # noqa: E402
 import math  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
 from dataclasses import dataclass, field, replace  # noqa: E402
@@ -17,7 +18,7 @@ import torch  # noqa: E402
 import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from rl.learning import checkpoint, config_file, run_dir  # noqa: E402
+from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
 from rl.learning.config import TrainConfig, preset  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
@@ -55,10 +56,20 @@ class TrainArguments:
 def run(arguments: Sequence[str]) -> int:
     """The command. Raises SymdynError for bad input."""
     args = parse(arguments)
-    console = make_console()
+    console = make_console(lasting=True)
     log_to(console)
-    directory = run_dir.fresh(args.out, args.config.preset) if args.resume is None else args.resume
-    return _train(directory, args, console)
+    if args.resume is not None:
+        return _train(args.resume, args, console)
+    if args.out is not None:
+        run_dir.check_fresh(args.out)
+        return _train(args.out, args, console)
+    reserved = run_dir.reserve(args.config.preset)
+    try:
+        return _train(reserved, args, console)
+    finally:
+        with contextlib.suppress(OSError):
+            reserved.rmdir()  # if it is still empty, the settings were refused
+            reserved.parent.rmdir()
 
 
 def parse(arguments: Sequence[str]) -> TrainArguments:
@@ -102,10 +113,18 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
     if args.start_from is not None:
         started_from = trainer.start_from(args.start_from, args.start_std)
         console.print(f"Starting from {args.start_from}, after {started_from['samples'] / 1e6:.3g} million samples.")
-    if args.resume is not None and checkpoint.list_checkpoints(directory):
-        trainer.resume()
-        console.print(f"Going on with {directory} after {trainer.iteration} updates.")
-    start(trainer, started_from)
+    with run_lock.held(directory):
+        if args.resume is None:
+            run_dir.check_fresh(directory)
+        elif checkpoint.list_checkpoints(directory) or run_log.read(directory):
+            trainer.resume()
+            console.print(f"Going on with {directory} after {trainer.iteration} updates.")
+        start(trainer, started_from)
+        return _run(trainer, console)
+
+
+def _run(trainer: Trainer, console: Console) -> int:
+    config, directory = trainer.config, trainer.run
     samples = config.iterations * trainer.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}, {trainer.robot.name}): {config.num_envs} robots, "

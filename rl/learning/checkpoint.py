@@ -77,4 +77,4 @@ def load_newest(run: Path) -> dict[str, Any]:
             return load(path)
         except FileProblem as error:
             _log.warning("%s Trying the one before.", error)
-    raise FileProblem(run, "holds no checkpoint to go on from.")
+    raise FileProblem(run, "holds no checkpoint to go on from; nothing was changed.")

@@ -126,8 +126,10 @@ class TrainConfig:
         for name in ("seed", "threads"):
             if getattr(self, name) < 0:
                 raise InvalidValue(name, getattr(self, name), "a whole number >= 0")
-        if self.num_envs * self.ppo.steps < self.ppo.mini_batches:
-            raise InvalidValue("ppo.mini_batches", self.ppo.mini_batches, "at most num_envs * ppo.steps")
+        # advantages are normalised by their standard deviation, which one sample does not have
+        most = self.num_envs * self.ppo.steps // 2
+        if self.ppo.mini_batches > most:
+            raise InvalidValue("ppo.mini_batches", self.ppo.mini_batches, f"at most num_envs * ppo.steps / 2 = {most}")
 
 
 def _paper() -> TrainConfig:

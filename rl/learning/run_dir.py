@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -23,16 +24,35 @@ STARTED_FROM = "started_from"
 """Key of origin.json."""
 
 
-def fresh(path: Path | None, preset: str) -> Path:
-    """Where a new run may go: ``path``, or ``runs/DATE-TIME-PRESET``. Nothing is made yet.
+def check_fresh(run: Path) -> None:
+    """Check that a directory, which need not exist, holds no run.
 
     Raises:
-        FileProblem: if there is a run already.
+        FileProblem: if it does.
     """
-    run = path or Path("runs") / f"{datetime.now():%Y%m%d-%H%M%S}-{preset}"
     if (run / CONFIG).exists() or checkpoint.list_checkpoints(run):
         raise FileProblem(run, f"already holds a run: continue it with --resume {run}, or choose another --out.")
-    return run
+
+
+def reserve(preset: str, parent: Path = Path("runs")) -> Path:
+    """Make the directory ``runs/DATE-TIME-PRESET``, with a number after it if another process was faster.
+
+    Raises:
+        FileProblem: if it cannot be made.
+    """
+    name = f"{datetime.now():%Y%m%d-%H%M%S}-{preset}"
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        for number in itertools.count(1):
+            run = parent / (name if number == 1 else f"{name}-{number}")
+            try:
+                run.mkdir()
+            except FileExistsError:
+                continue
+            return run
+    except OSError as error:
+        raise FileProblem(parent, f"is no directory that can be written to: {error.strerror or error}.") from error
+    raise AssertionError("numbers do not end")
 
 
 def existing(path: Path) -> Path:

@@ -21,10 +21,11 @@ from rl.learning.run_log import RunLog
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.env import GaitEnv
-from symdyn.errors import FileProblem
+from symdyn.errors import FileProblem, SymdynError
 
 _log = logging.getLogger(__name__)
 _EPISODES_AVERAGED = 200
+_STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Watcher(Protocol):
@@ -33,6 +34,10 @@ class Watcher(Protocol):
     def __call__(self, record: dict[str, Any]) -> None:
         """Called after every update with what was logged of it."""
         ...
+
+
+class Diverged(SymdynError):
+    """Losses or weights are no longer finite."""
 
 
 class Trainer:
@@ -121,7 +126,7 @@ class Trainer:
         self._episodes.extend(tuple(pair) for pair in state["episodes"])
 
     def train(self, watch: Watcher | None = None, time_limit_s: float = math.inf) -> bool:
-        """Train until ``config.iterations`` updates are done, the time is up, or SIGINT or SIGTERM comes.
+        """Train until ``config.iterations`` updates are done, the time is up, or SIGINT, SIGTERM or SIGHUP comes.
 
         Args:
             watch: called after every update.
@@ -129,6 +134,9 @@ class Trainer:
 
         Returns:
             Whether all updates are done. A checkpoint is written in every case; ``interrupted`` tells of a signal.
+
+        Raises:
+            Diverged: if losses or weights are no longer finite after an update, which is neither logged nor kept.
         """
         end = time.monotonic() + time_limit_s
         log = RunLog(self.run, self.iteration)
@@ -154,6 +162,7 @@ class Trainer:
         return self.iteration >= self.config.iterations
 
     def update(self) -> dict[str, Any]:
+        """Collect, learn, and return what is logged of it. Raises Diverged."""
         start = time.perf_counter()
         sums: dict[str, torch.Tensor] = {}
         reward_sum = torch.zeros(())
@@ -173,7 +182,12 @@ class Trainer:
                     sums[key] = sums.get(key, torch.zeros(())) + value
             collected = time.perf_counter()
             self.ppo.compute_returns(obs)
-        losses = self.ppo.update()
+        try:
+            losses = self.ppo.update()
+        except (RuntimeError, ValueError):  # torch refuses to sample from what is no distribution any more
+            self._check_finite({})
+            raise
+        self._check_finite(losses)
         end = time.perf_counter()
         self.iteration += 1
         self.seconds += end - start
@@ -196,6 +210,22 @@ class Trainer:
             record["episode/return"] = sum(returns) / len(returns)
             record["episode/seconds"] = sum(lengths) / len(lengths)
         return record
+
+    def _check_finite(self, losses: dict[str, float]) -> None:
+        wrong = [f"the {name} loss is {value}" for name, value in losses.items() if not math.isfinite(value)]
+        for what, network in (("actor", self.ppo.actor), ("critic", self.ppo.critic)):
+            if not all(bool(torch.isfinite(weights).all()) for weights in network.parameters()):
+                wrong.append(f"weights of the {what} are not finite")
+        if not wrong:
+            return
+        if good := checkpoint.list_checkpoints(self.run):
+            advice = (
+                f"Its last checkpoint is that of update {int(good[-1].stem)}. Go on from there in a new run with other "
+                f"settings, such as a lower learning rate: symdyn train --start-from {self.run}"
+            )
+        else:
+            advice = "It has no checkpoint yet. Begin anew with other settings, such as a lower learning rate."
+        raise Diverged(f"{self.run}: training diverged in update {self.iteration + 1} ({', '.join(wrong)}). {advice}")
 
     def _load_learner(self, state: dict[str, Any], run: Path) -> None:
         checkpoint.check_robot(state, self.robot.name, run)
@@ -230,7 +260,7 @@ class Trainer:
 
 @contextmanager
 def stop_on_signal() -> Iterator[list[int]]:
-    """A list that SIGINT and SIGTERM fill; a second signal interrupts at once."""
+    """A list that SIGINT, SIGTERM and SIGHUP fill; a second signal interrupts at once."""
     received: list[int] = []
 
     def note(number: int, frame: object) -> None:
@@ -239,7 +269,7 @@ def stop_on_signal() -> Iterator[list[int]]:
         received.append(number)
         _log.warning("Stopping after this update; once more to stop at once.")
 
-    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, note) for number in _STOPPING}
     try:
         yield received
     finally:

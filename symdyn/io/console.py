@@ -2,16 +2,53 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
+import sys
+from typing import IO, Any
 
 from rich.console import Console
 from rich.logging import RichHandler
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 
-def make_console() -> Console:
-    """A console on standard output."""
-    return Console(highlight=False)
+class _Unreadable:
+    """A stream that goes silent once it can no longer be written to: its reader has gone, or its disk is full."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+        self._silent = False
+
+    def write(self, text: str) -> int:
+        self._unless_silent(lambda: self._stream.write(text))
+        return len(text)
+
+    def flush(self) -> None:
+        self._unless_silent(self._stream.flush)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def _unless_silent(self, act: Any) -> None:
+        if self._silent:
+            return
+        try:
+            act()
+        except OSError:
+            self._silent = True
+            # else the interpreter tries once more when it ends, and complains
+            with contextlib.suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+
+
+def make_console(lasting: bool = False) -> Console:
+    """A console on standard output.
+
+    Args:
+        lasting: for work that must not end because nobody reads it any more, or the disk that it is written to is full.
+    """
+    return Console(highlight=False, file=_Unreadable(sys.stdout) if lasting else None)  # type: ignore[arg-type]
 
 
 def frames_progress(console: Console) -> Progress:

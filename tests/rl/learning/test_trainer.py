@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 from dataclasses import replace
@@ -14,8 +15,8 @@ from rl.cli.train import start
 from rl.learning import checkpoint, run_log
 from rl.learning.config import TrainConfig, preset
 from rl.learning.export import export_policy
-from rl.learning.trainer import Trainer
-from symdyn.errors import FileProblem
+from rl.learning.trainer import Diverged, Trainer
+from symdyn.errors import FileProblem, InvalidValue
 from symdyn.policy.file import Policy
 
 
@@ -202,3 +203,26 @@ def test_the_entropy_weight_follows_its_schedule(tmp_path):
     weights = [record["learn/entropy_weight"] for record in run_log.read(tmp_path)]
     # 8 robots x 8 steps = 64 samples an update; the weight is the one at the update's beginning
     assert weights == pytest.approx([0.02, 0.02, 0.01, 0.0, 0.0, 0.0])
+
+
+def test_training_that_diverges_stops_at_the_last_good_checkpoint_and_says_how_to_go_on(tmp_path):
+    trainer = _trained(_config(iterations=2), tmp_path)
+    logged = run_log.read(tmp_path)
+    further = Trainer(_config(iterations=4), tmp_path)
+    further.resume()
+    with torch.no_grad():
+        next(further.ppo.critic.parameters()).fill_(math.nan)
+    message = r"diverged in update 3 \(.*weights of the critic are not finite.*of update 2"
+    with pytest.raises(Diverged, match=message) as said:
+        further.train()
+    assert f"symdyn train --start-from {tmp_path}" in str(said.value)
+    assert run_log.read(tmp_path) == logged
+    assert checkpoint.load_newest(tmp_path)["iteration"] == trainer.iteration == 2
+
+
+def test_a_batch_whose_advantages_cannot_be_normalised_is_refused():
+    config = _config()
+    with pytest.raises(InvalidValue, match="mini_batches is 4, but must be at most num_envs"):
+        replace(config, num_envs=1, ppo=replace(config.ppo, steps=4, mini_batches=4))
+    with pytest.raises(InvalidValue, match="/ 2 = 0"):
+        replace(config, num_envs=1, ppo=replace(config.ppo, steps=1, mini_batches=1))
