@@ -11,6 +11,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -112,37 +114,89 @@ def test_every_notebook_is_a_page_with_its_pictures(site):
 # the examples run
 
 
-@pytest.mark.parametrize(
-    ("page", "lines"),
-    [
-        ("howto/gait.md", ["K=1 H=1 (('LH', 'RF'),)", "{'trot': 0.1, 'half_bound_right': 0.1, 'walk': 0.1}"]),
-        ("howto/robot.md", ["19.08 kg", "stands at 0.353 m"]),
-    ],
-)
-def test_python_of_a_how_to_runs_and_prints_what_the_page_says(page, lines, tmp_path, capsys):
-    found = blocks(page, "python")
+def page_blocks(page: str) -> list[tuple[str, str, str]]:
+    """Language, title or class, and text of every code block of a page, from top to bottom."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def follow(page: str, folder: Path, run: Callable[[str, str], str]) -> str:
+    """Do what a page says, from top to bottom: write its files, run its Python and its commands.
+
+    Args:
+        page: under docs/.
+        folder: to write the files in.
+        run: runs a block of the language ``python`` or ``sh`` there, and returns what it prints.
+
+    Returns:
+        All that was printed. Each block of output on the page was in what the code before it printed.
+    """
+    everything, said = "", ""
+    for language, info, text in page_blocks(page):
+        if language in ("python", "sh") and not info:
+            said = run(language, text)
+            everything += said
+        elif language == "text":
+            printed = {line.strip() for line in said.splitlines()}
+            wanted = [line.strip() for line in text.splitlines() if line != "..."]
+            assert [line for line in wanted if line not in printed] == [], said
+        elif (title := re.fullmatch(r'title="([\w./]+)"', info)) and language in ("toml", "xml"):
+            (folder / title[1]).write_text(text)
+    return everything
+
+
+def test_the_gait_of_the_how_to_runs_and_prints_what_the_page_says(tmp_path, capsys):
+    found = blocks("howto/gait.md", "python")
     assert found
     names: dict[str, Any] = {}
     with contextlib.chdir(tmp_path):
         for code in found:
-            exec(compile(code, page, "exec"), names)
+            exec(compile(code, "howto/gait.md", "exec"), names)
     said = capsys.readouterr().out
-    for line in lines:
+    for line in ("K=1 H=1 (('LH', 'RF'),)", "{'trot': 0.1, 'half_bound_right': 0.1, 'walk': 0.1}"):
         assert line in said
-        assert line in (DOCS / page).read_text(encoding="utf-8")
+        assert line in (DOCS / "howto/gait.md").read_text(encoding="utf-8")
 
 
-def test_the_robot_of_the_how_to_can_be_analysed(tmp_path):
+def test_the_robot_of_the_how_to_is_analysed_trained_and_judged_as_the_page_says(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
+    names: dict[str, Any] = {}
+
+    def run(language: str, text: str) -> str:
+        if language == "python":
+            with contextlib.chdir(tmp_path):
+                exec(compile(text, "howto/robot.md", "exec"), names)
+            return capsys.readouterr().out
+        said = ""
+        for command in text.splitlines():
+            name, *arguments = shlex.split(command)
+            assert name == "symdyn"
+            done = symdyn(*arguments, cwd=tmp_path)
+            assert done.returncode == 0, (command, done.stderr)
+            said += done.stdout
+        return said
+
+    said = follow("howto/robot.md", tmp_path, run)
     page = (DOCS / "howto/robot.md").read_text(encoding="utf-8")
-    (make, *_), (command,) = blocks("howto/robot.md", "python"), blocks("howto/robot.md", "sh")
-    with contextlib.chdir(tmp_path):
-        exec(compile(make, "howto/robot.md", "exec"), {})
-    (tmp_path / "backpack.srdf").write_text(re.search(r'title="backpack.srdf"\n(.*?)```', page, re.DOTALL)[1])
-    done = symdyn(*shlex.split(command)[1:], cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    for number in ("0.4570", "0.2126", "35.6", "0.771"):  # as the page has them
-        assert number in done.stdout
+    for number in ("19.08 kg", "stands at 0.353 m", "0.4570", "0.2126", "kp 35.6", "kd 0.771"):
+        assert number in said
         assert number in page
+    assert tomllib.loads((tmp_path / "backpack.toml").read_text())["kp"] == 35.6  # as the analysis suggests
+    assert json.loads((tmp_path / "runs/backpack/robot.json").read_text())["name"] == "backpack"
+    assert (tmp_path / "out/policy/report.md").is_file()
+
+
+def test_the_robot_file_of_the_site_is_that_of_the_go2_with_every_key(site):
+    from symdyn.robot.definition import JointLimit, Leg, Robot
+
+    page = text_of(site / "robot-file.html")
+    for line in (ROOT / "symdyn/robot/robots/go2.toml").read_text(encoding="utf-8").splitlines():
+        assert line in page
+    for key in (field.name for kind in (Robot, Leg, JointLimit) for field in fields(kind)):
+        assert re.search(rf"^{key}\n(?:number|text|table|list)", page, re.MULTILINE), key
+    assert re.search(r"^kd\nnumber\nN m s/rad\nyes\nderivative gain", page, re.MULTILINE)
+    assert re.search(r"^stance\nlist of 3 numbers\nrad\nyes\n", page, re.MULTILINE)
+    assert re.search(r"^velocity\nnumber\nrad/s\nno\n", page, re.MULTILINE)
 
 
 @pytest.fixture
@@ -193,6 +247,21 @@ def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_cop
     head = "import math\nimport pytest\nimport torch\nfrom rl.task import rewards\n\nonly = torch.Tensor.item\n\n"
     (copy / "test_power.py").write_text(head + test)
     assert "1 passed" in python("-m", "pytest", "-q", "-p", "no:cacheprovider", "test_power.py", cwd=copy)
+
+
+def test_an_observation_term_added_as_the_how_to_says_is_trained_with_and_exported(changed_copy):
+    copy = changed_copy("howto/observation.md")
+
+    def run(language: str, text: str) -> str:
+        if language == "python":
+            return python("-c", text, cwd=copy)
+        return "".join(python("-m", *shlex.split(command), cwd=copy) for command in text.splitlines())
+
+    follow("howto/observation.md", copy, run)
+    head = "import numpy as np\nfrom symdyn.policy.observation import VALUES, Sensed, Situation\n\n"
+    (test,) = [text for _, info, text in page_blocks("howto/observation.md") if "test_observation.py" in info]
+    (copy / "test_stance.py").write_text(head + test)
+    assert "1 passed" in python("-m", "pytest", "-q", "-p", "no:cacheprovider", "test_stance.py", cwd=copy)
 
 
 def test_the_tour_runs_as_it_stands(tmp_path):
