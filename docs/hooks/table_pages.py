@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from architecture_tables import TABLES as ARCHITECTURE_TABLES
 from numpy.typing import NDArray
 from robot_file_tables import TABLES as ROBOT_FILE_TABLES
 
@@ -52,6 +53,7 @@ TABLES = {
     "<!-- class table -->": class_table,
     "<!-- timing table -->": timing_table,
     **ROBOT_FILE_TABLES,
+    **ARCHITECTURE_TABLES,
 }
 """Comments in pages in whose place a table is put."""
 
