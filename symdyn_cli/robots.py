@@ -11,9 +11,12 @@ import tyro
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from rl.pretrained import pretrained
+from slip.robot.known import KNOWN_ROBOTS
 from symdyn.errors import SymdynError
 from symdyn.io.console import make_console
 from symdyn.io.settings_data import plain
+from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.robot_file import ROBOTS, get_robot
 
@@ -40,7 +43,8 @@ def run(arguments: Sequence[str]) -> int:
         console.out(json.dumps([plain(robot) for robot in robots], indent=2), highlight=False)
         return 0
     if args.robot is None:
-        console.print(_table([_row(robot) for robot in robots], ("robot", *_COLUMNS)))
+        console.print(_table([_row(robot) for robot in robots], _COLUMNS))
+        console.print(f"For analysis only, without a robot file: {', '.join(sorted(KNOWN_ROBOTS))}.")
         console.print("What a robot file says: symdyn robots NAME. A robot of your own: docs/howto/robot.md.")
         return 0
     (robot,) = robots
@@ -52,26 +56,20 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-_COLUMNS = ("leg length", "trunk height", "kp", "kd", "control rate", "policy")
+_COLUMNS = ("robot", "leg, m", "trunk height, m", "kp, N m/rad", "kd, N m s/rad", "control, Hz", "policy")
 
 
-def _row(robot: Any) -> list[str]:
+def _row(robot: Robot) -> list[str]:
     low, high = robot.base_height_range
     return [
         robot.name,
-        f"{robot.leg_length:.2f} m",
-        f"{low:.2f} to {high:.2f} m",
-        f"{robot.kp:g} N m/rad",
-        f"{robot.kd:g} N m s/rad",
-        f"{1.0 / robot.control_dt:g} Hz",
-        "yes" if robot.name in _with_policy() else "no",
+        f"{robot.leg_length:.2f}",
+        f"{low:.2f} to {high:.2f}",
+        f"{robot.kp:g}",
+        f"{robot.kd:g}",
+        f"{1.0 / robot.control_dt:g}",
+        "yes" if robot.name in pretrained() else "no",
     ]
-
-
-def _with_policy() -> tuple[str, ...]:
-    from rl.pretrained import pretrained
-
-    return tuple(pretrained())
 
 
 def _table(rows: list[list[str]], headings: Sequence[str]) -> Table:

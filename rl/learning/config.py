@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from rl.physics.engine import EngineConfig
 from rl.physics.randomization import RandomizationConfig
 from rl.task.commands import CommandConfig
 from rl.task.curriculum import RewardCurriculum
@@ -100,6 +101,7 @@ class TrainConfig:
         timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
+        engine: settings of the physics that is learned in.
         env: the task.
         ppo: the learner.
     """
@@ -113,6 +115,7 @@ class TrainConfig:
     timing: Path | None = None
     checkpoint_every: int = 25
     keep_every: int = 500
+    engine: EngineConfig = field(default_factory=EngineConfig)
     env: EnvConfig = field(default_factory=EnvConfig)
     ppo: PPOConfig = field(default_factory=PPOConfig)
 

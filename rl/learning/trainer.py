@@ -52,7 +52,8 @@ class Trainer:
         torch.manual_seed(config.seed)
         self.robot = run_dir.robot(run, config.robot)
         timing = run_dir.timing(run, config.timing, self.robot)
-        physics = BatchPhysics(build_model(self.robot), self.robot, config.num_envs, config.threads)
+        model = build_model(self.robot, engine=config.engine)
+        physics = BatchPhysics(model, self.robot, config.num_envs, config.threads)
         self.env = GaitEnv(config.env, physics, timing, self.robot, config.seed, run / "diverged")
         self.ppo = make_ppo(config.ppo, self.env)
         self.iteration = 0

@@ -16,20 +16,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from rl.physics.engine import ACCURATE, EngineConfig
 from rl.physics.terrain import Terrain
 from symdyn.errors import FileProblem
 from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import mesh_path, urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
 
-PHYSICS_DT = 0.005
-"""s; four steps a control step at 50 Hz."""
-
 DEFAULT_FRICTION = 0.8
 """Sliding friction of foot on floor: rubber on hard floor, between Isaac Gym's 1.0 and menagerie's 0.8 for the Go2."""
-
-IMPRATIO = 10.0
-"""Stiffness of friction relative to that of the normal force: loaded feet creep ten times less than with 1."""
 
 ARENA_BYTES = 2**20
 """Room for contacts and constraints of one simulation; four feet and a trunk on the floor use a tenth of it."""
@@ -67,12 +62,13 @@ class Box:
     half_size: np.ndarray
 
 
-def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
+def build_spec(robot: Robot, terrain: Terrain | None = None, engine: EngineConfig = ACCURATE) -> mujoco.MjSpec:
     """The robot standing free above a floor, as an editable specification.
 
     Args:
         robot: whose URDF is taken.
         terrain: the floor's shape; flat if None.
+        engine: settings of the solver.
 
     Raises:
         FileProblem: if the URDF is missing or lacks a link or joint that the robot names.
@@ -86,14 +82,7 @@ def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
     for mesh in list(spec.meshes):
         spec.delete(mesh)
     spec.modelname = robot.name
-    spec.option.timestep = PHYSICS_DT
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    # the pyramidal cone with impratio 1 lets loaded feet creep, and weakens friction along its diagonals
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = IMPRATIO
-    spec.option.iterations = 10
-    spec.option.ls_iterations = 20
+    _set_engine(spec, engine)
     spec.memory = ARENA_BYTES
     spec.body(robot.trunk).add_freejoint(name=ROOT_JOINT)
     _add_actuators(spec, robot, path)
@@ -104,9 +93,20 @@ def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
     return spec
 
 
-def build_model(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjModel:
+def build_model(robot: Robot, terrain: Terrain | None = None, engine: EngineConfig = ACCURATE) -> mujoco.MjModel:
     """The compiled model of :func:`build_spec`; raises what it raises."""
-    return build_spec(robot, terrain).compile()
+    return build_spec(robot, terrain, engine).compile()
+
+
+def _set_engine(spec: mujoco.MjSpec, engine: EngineConfig) -> None:
+    option = spec.option
+    option.timestep = engine.timestep
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{engine.integrator.upper()}")
+    option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{engine.solver.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{engine.cone.upper()}")
+    option.impratio = engine.impratio
+    option.iterations = engine.iterations
+    option.ls_iterations = engine.ls_iterations
 
 
 def _collision_boxes(path: Path, robot: Robot) -> dict[str, Box]:

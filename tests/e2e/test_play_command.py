@@ -6,7 +6,6 @@ import base64
 import io
 import os
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -29,7 +28,6 @@ from rl.viewer.window.server import serving, url
 from symdyn.gait.library import get
 from symdyn.policy.file import Policy
 from tests.e2e.browser import open_page
-from tests.e2e.command_in_process import symdyn
 from tests.hardware.lcm_urls import multicast_url
 
 
@@ -269,31 +267,6 @@ class TestCommand:
         finally:
             process.kill()
             process.communicate()
-
-    def test_port_in_use(self, tmp_path):
-        with socket.create_server(("127.0.0.1", 0)) as taken:
-            port = taken.getsockname()[1]
-            done = symdyn("play", "--port", port, cwd=tmp_path)
-        assert done.returncode == 2
-        assert done.stderr.startswith(f"symdyn: error: Port {port} is in use")
-
-    @pytest.mark.parametrize(
-        ("arguments", "said"),
-        [
-            (("missing.onnx",), "missing.onnx: cannot be read"),
-            (("text.onnx",), "text.onnx: is no ONNX file"),
-            (("--port", "70000"), "--port is 70000, but must be"),
-            (("--host", "no.such.host.invalid"), "--host is"),
-            (("--seed", "-1"), "--seed is -1, but must be"),
-            (("--robot-sim", "tcp://somewhere:1"), "The LCM URL is"),
-            (("missing.onnx", "--robot-sim"), "POLICY is"),
-        ],
-    )
-    def test_bad_input_is_one_sentence(self, arguments, said, tmp_path):
-        (tmp_path / "text.onnx").write_text("no network", encoding="utf-8")
-        done = symdyn("play", *arguments, cwd=tmp_path)
-        assert done.returncode == 2
-        assert said in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
 class TestRobotSim:

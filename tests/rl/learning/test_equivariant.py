@@ -29,8 +29,10 @@ from symdyn.policy.observation import LAYOUTS
 from tests.robots import GO2
 
 if TYPE_CHECKING:
-    from conftest import MirroredByHand, RealStates
     from rsl_rl.algorithms import PPO
+
+    from tests.rl.physics.real_states import RealStates
+    from tests.symdyn.robot.mirrored_by_hand import MirroredByHand
 
 GROUPS = ["policy", "privileged"]
 

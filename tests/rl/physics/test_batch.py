@@ -2,75 +2,19 @@
 
 from __future__ import annotations
 
-import copy
-import functools
 from dataclasses import fields, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 import torch
-from mujoco.batch import SimulationError
 
 from rl.physics.batch import BatchPhysics
-from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState
 from symdyn.errors import InvalidValue
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.rl.physics.batches import STAND, bits, fresh_model, make, poses, some, standing, targets
 from tests.robots import GO2
-
-STAND = torch.from_numpy(GO2.default_joint_pos)
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # MuJoCo appends its warnings to MUJOCO_LOG.TXT in the working directory
-    monkeypatch.chdir(tmp_path)
-
-
-@functools.cache
-def _compiled() -> mujoco.MjModel:
-    return build_model(GO2)
-
-
-def fresh_model() -> mujoco.MjModel:
-    return copy.copy(_compiled())
-
-
-def poses(n: int, seed: int = 0, height: float = 0.38) -> Pose:
-    rng = np.random.default_rng(seed)
-    yaw = rng.uniform(-np.pi, np.pi, n)
-    return Pose(
-        base_pos_w=np.column_stack([rng.normal(size=(n, 2)), np.full(n, height)]),
-        base_quat_w=np.column_stack([np.cos(yaw / 2), np.zeros((n, 2)), np.sin(yaw / 2)]),
-        base_vel_w=rng.uniform(-0.3, 0.3, (n, 3)),
-        joint_pos=GO2.default_joint_pos + rng.uniform(-0.1, 0.1, (n, 12)),
-    )
-
-
-def standing(n: int) -> Pose:
-    upright = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
-    position = np.tile([0.0, 0.0, 0.36], (n, 1))
-    return Pose(position, upright, np.zeros((n, 3)), np.tile(GO2.default_joint_pos, (n, 1)))
-
-
-def some(pose: Pose, ids: np.ndarray) -> Pose:
-    return Pose(**{name: value[ids] for name, value in vars(pose).items()})
-
-
-def targets(rng: np.random.Generator, n: int) -> torch.Tensor:
-    return STAND + torch.from_numpy(rng.uniform(-0.4, 0.4, (n, 12)))
-
-
-def make(n: int, num_threads: int = 1, seed: int = 0) -> BatchPhysics:
-    physics = BatchPhysics(fresh_model(), GO2, n, num_threads)
-    physics.reset(np.arange(n), poses(n, seed))
-    return physics
-
-
-def bits(state: RobotState) -> dict[str, bytes]:
-    return {f.name: getattr(state, f.name).numpy().tobytes() for f in fields(state)}
 
 
 class PlainLoop:
@@ -280,68 +224,6 @@ def test_set_dynamics_changes_friction() -> None:
     for i in range(4):
         assert len(ratios[i]) >= 10
         assert max(ratios[i]) == pytest.approx(0.8 * scale[i], rel=1e-3)
-
-
-def test_a_state_that_is_no_number_stays_with_its_robot() -> None:
-    # three robots; one of them gets a velocity that is none
-    sick, well, rng = make(3), make(3), np.random.default_rng(8)
-    sick.push(np.array([1]), np.array([[np.nan, 0.0, 0.0]]))
-    for _ in range(5):
-        wanted = targets(rng, 3)
-        sick.step(wanted)
-        well.step(wanted)
-        assert sick.read().finite().tolist() == [True, False, True]
-        for f in fields(RobotState):
-            assert torch.equal(getattr(sick.read(), f.name)[[0, 2]], getattr(well.read(), f.name)[[0, 2]])
-    # a reset cures it, without a trace
-    for physics in (sick, well):
-        physics.reset(np.array([1]), poses(1, seed=4, height=0.35))
-    wanted = targets(rng, 3)
-    sick.step(wanted)
-    well.step(wanted)
-    assert bits(sick.read()) == bits(well.read())
-
-
-def with_a_bad_target(n: int, bad: int, seed: int) -> torch.Tensor:
-    wanted = targets(np.random.default_rng(seed), n)
-    wanted[bad, 4] = torch.nan
-    return wanted
-
-
-def test_a_target_that_is_no_number_leaves_the_other_robots_alone() -> None:
-    sick, well = make(3), make(3)
-    for k in range(5):
-        sick.step(with_a_bad_target(3, 1, seed=k))
-        well.step(targets(np.random.default_rng(k), 3))
-        assert sick.read().finite()[[0, 2]].all()
-        for f in fields(RobotState):
-            assert torch.equal(getattr(sick.read(), f.name)[[0, 2]], getattr(well.read(), f.name)[[0, 2]])
-
-
-def test_a_target_that_is_no_number_makes_its_robot_read_as_diverged() -> None:
-    physics = make(3)
-    physics.step(with_a_bad_target(3, 1, seed=0))
-    assert physics.read().finite().tolist() == [True, False, True]
-
-
-def test_an_error_of_the_engine_makes_its_robot_read_as_diverged(monkeypatch: pytest.MonkeyPatch) -> None:
-    physics = make(3)
-
-    def fail(**_: object) -> None:
-        raise SimulationError(np.array([2]), "out of memory")
-
-    with monkeypatch.context() as patched:
-        patched.setattr(physics.batch, "step", fail)
-        physics.step(STAND.expand(3, 12))
-    assert physics.read().finite().tolist() == [True, True, False]
-    saved = physics.state_dict()
-    physics.step(STAND.expand(3, 12))
-    assert physics.read().finite().tolist() == [True, True, False]  # until it is reset
-    other = make(3)
-    other.load_state_dict(saved)
-    assert other.read().finite().tolist() == [True, True, False]
-    physics.reset(np.array([2]), poses(1))
-    assert physics.read().finite().all()
 
 
 def test_readings_share_no_memory_with_the_engine_or_each_other() -> None:

@@ -19,9 +19,9 @@ from symdyn.gait.library import get
 from tests.robots import GO2
 
 if TYPE_CHECKING:
-    from conftest import MirroredByHand, RealStates
-
     from rl.physics.protocol import RobotState
+    from tests.rl.physics.real_states import RealStates
+    from tests.symdyn.robot.mirrored_by_hand import MirroredByHand
 
 PAPER = RewardConfig()
 

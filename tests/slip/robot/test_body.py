@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,92 +11,21 @@ import mujoco
 import numpy as np
 import pinocchio
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from rl.physics.model import build_model, foot_site
-from slip.model.parameters import SlipParameters
-from slip.robot.body import Gains, RobotBody, foot_compliance, load_body, measure, similar_gains
-from slip.robot.known import KNOWN_ROBOTS
+from slip.robot.body import Gains, foot_compliance, measure, similar_gains
 from slip.robot.quadruped import Leg, Quadruped
-from slip.robot.units import DimensionalSlip, slip_parameters, starred, unstarred
-from slip.robot.urdf import load_robot, load_urdf
-from symdyn.errors import FileProblem, InvalidValue, SymdynError, UnknownName
+from slip.robot.urdf import load_urdf
+from symdyn.errors import InvalidValue, SymdynError
 from symdyn.gait.timing import GRAVITY
-from symdyn.robot.descriptions import robots_folder, urdf_path
+from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
 from tests.robots import GO2
+from tests.slip.robot.robots import every_robot, load_body_once, load_robot_once, other_urdf
 
-# by hand, from the descriptions: LH, LF, RF, RH
-FEET = {
-    "go2": ("RL_foot", "FL_foot", "FR_foot", "RR_foot"),
-    "go1": ("RL_foot", "FL_foot", "FR_foot", "RR_foot"),
-    "a1": ("RL_foot", "FL_foot", "FR_foot", "RR_foot"),
-    "b1": ("RL_foot", "FL_foot", "FR_foot", "RR_foot"),
-    "solo12": ("HL_FOOT", "FL_FOOT", "FR_FOOT", "HR_FOOT"),
-    "anymal": ("LH_FOOT", "LF_FOOT", "RF_FOOT", "RH_FOOT"),
-    "anymal_b": ("LH_FOOT", "LF_FOOT", "RF_FOOT", "RH_FOOT"),
-    "anymal_c": ("LH_FOOT", "LF_FOOT", "RF_FOOT", "RH_FOOT"),
-    "hyq": ("lh_foot", "lf_foot", "rf_foot", "rh_foot"),
-}
 LATERAL = np.array([0.0, 1.0, 0.0])
-every_robot = pytest.mark.parametrize("name", sorted(KNOWN_ROBOTS))
-
-load_robot_once = cache(load_robot)
-load_body_once = cache(load_body)
-
-
-def other_urdf(folder: str, file: str) -> Path:
-    return robots_folder() / folder / file
-
-
-# Loading
-
-
-@every_robot
-def test_feet_and_legs_are_those_a_person_would_name(name: str) -> None:
-    robot = load_robot_once(name)
-    assert tuple(leg.name for leg in robot.legs) == LEGS
-    assert tuple(leg.foot for leg in robot.legs) == FEET[name]
-    assert load_urdf(robot.urdf).legs == robot.legs, "found without being named"
-
-
-def test_go2s_joints_are_in_symdyns_order() -> None:
-    robot = load_robot_once("go2")
-    assert robot.joints == GO2.joint_names
-    assert robot.standing.tolist() == GO2.default_joint_pos.tolist()
-    assert robot.joints[robot.joints_of(robot.legs[2])] == GO2.joint_names[6:9]
-
-
-@given(st.randoms(use_true_random=False))
-def test_the_order_in_which_feet_are_named_does_not_matter(shuffle: random.Random) -> None:
-    feet = list(FEET["solo12"])
-    shuffle.shuffle(feet)
-    assert load_urdf(load_robot_once("solo12").urdf, feet=feet).legs == load_robot_once("solo12").legs
-
-
-def test_an_arm_is_carried_and_held() -> None:
-    urdf = other_urdf("b1_description", "urdf/b1-z1.urdf")
-    robot = load_urdf(urdf, feet=FEET["b1"])
-    assert len(robot.joints) == len(JOINTS)
-    masses = ElementTree.parse(urdf).getroot().findall("link/inertial/mass")
-    assert pinocchio.computeTotalMass(robot.model) == pytest.approx(sum(float(m.get("value", "nan")) for m in masses))
-
-
-def test_a_robot_with_two_joints_a_leg() -> None:
-    solo8 = other_urdf("solo_description", "robots/solo.urdf")
-    body = measure(load_urdf(solo8, srdf=other_urdf("solo_description", "srdf/solo.srdf")))
-    # without abduction a foot cannot slide sideways
-    np.testing.assert_allclose(body.leg_stiffness, body.leg_stiffness_sliding, rtol=1e-9)
-
-
-def test_joints_in_no_pose_are_at_the_limit_nearest_to_zero() -> None:
-    standing = load_urdf(urdf_path(GO2), pose={"FL_thigh_joint": 0.5}).standing
-    expected = {"hip": 0.0, "thigh": 0.0, "calf": -0.83776}
-    for joint, angle in zip(JOINTS, standing, strict=True):
-        assert angle == pytest.approx(0.5 if joint == "LF_thigh" else expected[joint.partition("_")[2]])
 
 
 # Mass
@@ -225,6 +152,13 @@ def test_go2_settles_in_mujoco_as_the_planar_stiffness_says() -> None:
     assert sunk < 0.85 * weight / body.leg_stiffness_sliding.mean()
 
 
+def test_a_robot_with_two_joints_a_leg() -> None:
+    solo8 = other_urdf("solo_description", "robots/solo.urdf")
+    body = measure(load_urdf(solo8, srdf=other_urdf("solo_description", "srdf/solo.srdf")))
+    # without abduction a foot cannot slide sideways
+    np.testing.assert_allclose(body.leg_stiffness, body.leg_stiffness_sliding, rtol=1e-9)
+
+
 # Swing
 
 
@@ -279,69 +213,7 @@ def test_swing_frequency_by_letting_a_leg_swing(name: str, by: str) -> None:
     assert 2.0 * math.pi / periods.mean() == pytest.approx(omega, rel=5e-3)
 
 
-# Units
-
-positive = st.floats(0.05, 50.0)
-some_parameters = st.builds(
-    SlipParameters,
-    positive,
-    positive,
-    positive,
-    st.floats(0.3, 3.0),
-    st.floats(-1.0, 1.0),
-    st.floats(0.1, 0.9),
-    positive,
-)
-
-
-@given(some_parameters, positive, positive)
-def test_units_there_and_back(parameters: SlipParameters, mass: float, torso_length: float) -> None:
-    there = DimensionalSlip.of_parameters(parameters, mass, torso_length)
-    np.testing.assert_allclose(there.parameters().vector(), parameters.vector(), rtol=1e-12, atol=1e-15)
-    again = DimensionalSlip.of_parameters(there.parameters(), mass, torso_length)
-    assert again.leg_stiffness == pytest.approx(there.leg_stiffness, rel=1e-12)
-    assert again.swing_frequency == pytest.approx(there.swing_frequency, rel=1e-12)
-
-
-@given(some_parameters, positive, positive, st.floats(0.0, 10.0))
-def test_units_keep_the_physics(parameters: SlipParameters, mass: float, torso_length: float, speed: float) -> None:
-    slip = DimensionalSlip.of_parameters(parameters, mass, torso_length)
-    units, length = slip.units, parameters.rest_length
-    # the same motions, told in seconds: bouncing, swinging, pitching
-    assert math.sqrt(slip.leg_stiffness / mass) * units.time == pytest.approx(math.sqrt(parameters.stiffness))
-    assert slip.swing_frequency * units.time == pytest.approx(math.sqrt(parameters.swing_stiffness) / length)
-    pitching = math.sqrt(slip.leg_stiffness * torso_length**2 / slip.pitch_inertia)
-    assert pitching * units.time == pytest.approx(math.sqrt(parameters.stiffness / parameters.pitch_inertia))
-    assert units.force == pytest.approx(mass * GRAVITY)
-    assert units.energy == pytest.approx(mass * units.speed**2)
-    # and in the timing curves' units
-    v_star = speed * units.speed / math.sqrt(GRAVITY * slip.leg_length)
-    assert starred(speed, parameters) == pytest.approx(v_star)
-    period_star = speed * units.time / math.sqrt(slip.leg_length / GRAVITY)
-    assert starred(speed, parameters) == pytest.approx(period_star)
-    assert unstarred(starred(speed, parameters), parameters) == pytest.approx(speed)
-
-
-def test_go2s_parameters() -> None:
-    body = load_body_once("go2")
-    found = slip_parameters(body)
-    assert found.rest_length == pytest.approx(0.40 / 0.3868)
-    assert found.stiffness == pytest.approx(30.0 / (0.213 * math.sin(0.6)) ** 2 * 0.3868 / (16.085 * 9.81))
-    expected = SlipParameters(5.084, 43.437, 0.21794, 1.03413, 0.0, 0.49721, 1.0)
-    np.testing.assert_allclose(found.vector(), expected.vector(), rtol=2e-4)
-    assert slip_parameters(body, leg_stiffness=4000.0).stiffness == pytest.approx(
-        found.stiffness * 4000.0 / body.mean_stiffness
-    )
-    hanging = slip_parameters(body, swing="pendulum").swing_stiffness / found.swing_stiffness
-    assert hanging == pytest.approx((body.pendulum_frequency / body.swing_frequency) ** 2)
-    assert slip_parameters(body, resting_angle=0.1).resting_angle == 0.1
-
-
-@every_robot
-def test_every_robot_has_parameters(name: str) -> None:
-    found = slip_parameters(load_body_once(name))
-    assert 0.4 < found.hind_distance < 0.6
-    assert found.stiffness_ratio == pytest.approx(1.0, abs=1e-3)
+# Gains
 
 
 def test_default_gains_are_dynamically_similar_to_the_go2s() -> None:
@@ -364,101 +236,6 @@ def test_given_gains_and_leg_length_are_taken() -> None:
 
 
 # Bad input
-
-
-def test_unknown_robot() -> None:
-    with pytest.raises(UnknownName, match=r"Unknown robot 'go3'.*Did you mean 'go2'.*anymal_c, b1"):
-        load_robot("go3")
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", "not valid XML"),
-        ("legs: 4", "not valid XML"),
-        ("<robot name='r'>", "not valid XML"),
-        ("<mujoco/>", "root element is <mujoco>"),
-        ("<robot name='r'/>", "has no link"),
-        (
-            "<robot name='r'><link name='a'/><joint name='j' type='revolute'><parent link='a'/></joint></robot>",
-            "Pinocchio",
-        ),
-        ("<robot name='r'><link name='a'/></robot>", "ends are none"),
-    ],
-)
-def test_a_file_that_is_no_quadrupeds_urdf(tmp_path: Path, text: str, said: str) -> None:
-    path = tmp_path / "robot.urdf"
-    path.write_text(text)
-    with pytest.raises(SymdynError, match=said) as raised:
-        load_urdf(path)
-    assert "robot.urdf" in str(raised.value)
-
-
-@pytest.mark.parametrize("mass", ["0", "nan"])
-def test_a_robot_without_mass(tmp_path: Path, mass: str) -> None:
-    tree = ElementTree.parse(urdf_path(GO2))
-    for element in tree.getroot().findall("link/inertial/mass"):
-        element.set("value", mass)
-    tree.write(tmp_path / "ghost.urdf")
-    with pytest.raises(FileProblem, match=r"ghost\.urdf"):
-        load_urdf(tmp_path / "ghost.urdf")
-
-
-def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(FileProblem, match=r"none\.urdf: cannot be read: No such file"):
-        load_urdf(tmp_path / "none.urdf")
-    with pytest.raises(FileProblem, match="Is a directory"):
-        load_urdf(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("folder", "file", "said"),
-    [
-        ("panda_description", "urdf/panda.urdf", "2: panda_leftfinger, panda_rightfinger"),
-        ("b1_description", "urdf/b1-z1.urdf", "5: FL_foot, FR_foot, RL_foot, RR_foot, gripperMover"),
-        ("allegro_hand_description", "urdf/allegro_left_hand.urdf", "a leg at each corner"),
-    ],
-)
-def test_a_robot_without_four_legs(folder: str, file: str, said: str) -> None:
-    with pytest.raises(SymdynError, match=said):
-        load_urdf(other_urdf(folder, file))
-
-
-@pytest.mark.parametrize(
-    ("feet", "said"),
-    [
-        (("RL_foot", "FL_foot", "FR_foot"), "3 were named"),
-        (("RL_foot", "FL_foot", "FR_foot", "FR_foot"), "Four different feet"),
-        (("RL_foot", "FL_foot", "FR_foot", "RR_toe"), "Unknown foot 'RR_toe'. Did you mean 'RR_foot'"),
-        (("RL_foot", "FL_foot", "FR_foot", "base"), "Unknown foot 'base'"),
-        (("RL_foot", "FL_foot", "FR_foot", "FR_calf"), "share the joint FR_calf_joint"),
-        (("RL_foot", "FL_foot", "FR_foot", "RR_hip"), "hangs on 1 joint"),
-    ],
-)
-def test_feet_that_are_none(feet: tuple[str, ...], said: str) -> None:
-    with pytest.raises(SymdynError, match=said):
-        load_urdf(urdf_path(GO2), feet=feet)
-
-
-def test_poses_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(UnknownName, match="Unknown joint 'knee'"):
-        load_urdf(urdf_path(GO2), pose={"knee": 1.0})
-    with pytest.raises(InvalidValue, match=r"FL_calf_joint.*nan"):
-        load_urdf(urdf_path(GO2), pose={"FL_calf_joint": math.nan})
-    with pytest.raises(SymdynError, match="above the hip"):
-        load_urdf(urdf_path(GO2), pose={"FL_thigh_joint": 3.0})
-    srdf = tmp_path / "robot.srdf"
-    for text, said in (
-        ("<robot name='r'/>", "no group_state called 'standing'"),
-        (
-            "<robot name='r'><group_state name='standing'><joint name='j' value='x'/></group_state></robot>",
-            "'j' is no number",
-        ),
-        ("standing", "not valid XML"),
-    ):
-        srdf.write_text(text)
-        with pytest.raises(FileProblem, match=said):
-            load_urdf(urdf_path(GO2), srdf=srdf)
 
 
 def straight_legged() -> Quadruped:
@@ -486,14 +263,7 @@ def test_gains_that_are_none(kp: float, kd: float) -> None:
         Gains(kp, kd)
 
 
-def test_other_numbers_that_are_none() -> None:
-    body: RobotBody = load_body_once("go2")
-    for bad in (0.0, -1.0, math.nan):
-        with pytest.raises(InvalidValue, match="leg_stiffness"):
-            slip_parameters(body, leg_stiffness=bad)
-        with pytest.raises(InvalidValue, match="leg_length"):
-            measure(load_robot_once("go2"), leg_length=bad)
-    with pytest.raises(InvalidValue, match="resting_angle"):
-        slip_parameters(body, resting_angle=math.nan)
-    with pytest.raises(InvalidValue, match=r"swing.*gains, pendulum"):
-        slip_parameters(body, swing="wind")  # type: ignore[arg-type]
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan])
+def test_a_leg_length_that_is_none(bad: float) -> None:
+    with pytest.raises(InvalidValue, match="leg_length"):
+        measure(load_robot_once("go2"), leg_length=bad)

@@ -32,9 +32,9 @@ from symdyn.robot.legs import JOINTS
 from tests.robots import GO2
 
 if TYPE_CHECKING:
-    from conftest import MirroredByHand, RealStates
-
     from rl.physics.protocol import RobotState
+    from tests.rl.physics.real_states import RealStates
+    from tests.symdyn.robot.mirrored_by_hand import MirroredByHand
 
 PAPER = [
     ("projected_gravity_b", 3),
