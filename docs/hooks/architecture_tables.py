@@ -21,13 +21,14 @@ def packages_table() -> list[str]:
 
 
 def folders_table(package: str) -> list[str]:
-    """The layers of a package from top to bottom, with their first sentences; of ``rl.viewer`` too, in its package."""
+    """The folders of a package, layer by layer from the top, with their first sentences."""
     rows = []
-    for layer in _layers_of(package):
-        paths = [_place(package, name) for name in layer]
-        names = "<br>".join(f"`{path.relative_to(ROOT)}{'/' if path.is_dir() else ''}`" for path in paths)
-        rows.append([names, "<br>".join(_sentence(path) for path in paths)])
-    return table(["from top to bottom", "what it holds"], rows)
+    for number, layer in enumerate(_layers_of(package), 1):
+        for name in layer:
+            path = _place(package, name)
+            shown = f"`{path.relative_to(ROOT)}{'/' if path.is_dir() else ''}`"
+            rows.append([str(number), shown, _sentence(path)])
+    return table(["layer", "folder", "what it holds"], rows)
 
 
 def contracts_table() -> list[str]:
@@ -62,7 +63,7 @@ def _sentence(path: Path) -> str:
     source = path / "__init__.py" if path.is_dir() else path
     docstring = ast.get_docstring(ast.parse(source.read_text(encoding="utf-8"))) or ""
     text = " ".join(docstring.split("\n\n")[0].split()).replace("``", "`").replace("|", "\\|")
-    return text[0].upper() + text[1:]
+    return text.removeprefix(f"{path.name}: ")
 
 
 def _names(modules: list[str]) -> str:

@@ -76,8 +76,8 @@ def _observation() -> str:
     lines = [
         "# Observation",
         "",
-        "What a policy sees is an *observation*: a list of terms in a fixed order. There are",
-        f"{len(LAYOUTS)} observations: {' and '.join(sizes)}. `paper` is section III-C of the paper.",
+        "What a policy sees is an *observation*: a list of terms in a fixed order. Training knows",
+        f"{' and '.join(sizes)}. `paper` is section III-C of the paper.",
         "`extended` adds the cosine of the clock (the sine alone does not tell early from late) and the gyroscope.",
         "",
         "- Training chooses one by name: [`--env.observation`](settings.md#env), default `paper`.",

@@ -111,6 +111,21 @@ def test_every_notebook_is_a_page_with_its_pictures(site):
         assert all((site / "notebooks" / picture).stat().st_size > 1000 for picture in pictures)
 
 
+def test_the_picture_of_the_packages_has_the_layers_that_import_linter_checks():
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    contracts = tools["importlinter"]["contracts"]
+    layers = {contract["containers"][0]: contract["layers"] for contract in contracts if "containers" in contract}
+    wanted = [
+        name
+        for package in ("slip", "rl", "hardware", "symdyn")
+        for layer in layers[package]
+        for name in layer.split(" | ")
+        if name != "__main__"
+    ]
+    picture = (DOCS / "images/packages.svg").read_text(encoding="utf-8")
+    assert re.findall(r'<text class="folder"[^>]*>(\w+)<', picture) == wanted
+
+
 # the examples run
 
 
@@ -186,6 +201,63 @@ def test_the_robot_of_the_how_to_is_analysed_trained_and_judged_as_the_page_says
     assert (tmp_path / "out/policy/report.md").is_file()
 
 
+def test_sentences_of_the_robot_file_page_are_those_that_are_raised(tmp_path):
+    from rl.physics.model import build_model
+    from rl.pretrained import policy_path
+    from symdyn.errors import SymdynError
+    from symdyn.gait.timing import TimingCurve
+    from symdyn.policy.file import Policy
+    from symdyn.robot.descriptions import urdf_path
+    from symdyn.robot.robot_file import get_robot, load_robot_file
+
+    go2 = urdf_path(get_robot("go2"))
+    package, folder = "package://example-robot-data/robots", str(go2.parents[2])
+    urdf = go2.read_text(encoding="utf-8").replace(package, folder)
+    robot = (ROOT / "symdyn/robot/robots/go2.toml").read_text(encoding="utf-8").replace('"go2"', '"backpack"')
+    robot = re.sub('urdf = ".*"', 'urdf = "backpack.urdf"', robot)
+    (tmp_path / "backpack.toml").write_text(robot)
+    backpack = load_robot_file(tmp_path / "backpack.toml")
+    shutil.copy(policy_path("go2"), tmp_path / "policy.onnx")
+    TimingCurve().save(tmp_path / "curves.json", robot="go2")
+
+    def of_robot_file(old: str, new: str) -> Callable[[], object]:
+        def load() -> None:
+            assert old in robot
+            (tmp_path / "backpack.toml").write_text(robot.replace(old, new))
+            load_robot_file(tmp_path / "backpack.toml")
+
+        return load
+
+    def of_urdf(pattern: str, new: str) -> Callable[[], object]:
+        def build() -> None:
+            changed, count = re.subn(pattern, new, urdf)
+            assert count
+            (tmp_path / "backpack.urdf").write_text(changed)
+            build_model(backpack)
+
+        return build
+
+    wrong = [
+        of_robot_file("kp = 30.0", ""),
+        of_robot_file("kp = 30.0", "kp = 30.0\nkpp = 30.0"),
+        of_robot_file("kp = 30.0", "kp = -1.0"),
+        lambda: build_model(backpack),
+        of_urdf("RL_hip_joint", "LH_hip_joint"),
+        of_urdf('"RL_foot"', '"LH_foot"'),
+        of_urdf('effort="[^"]*"', 'effort="0"'),
+        of_urdf("RL_hip_rotor", "LH_hip_rotor"),
+        lambda: Policy.load(tmp_path / "policy.onnx", backpack),
+        lambda: TimingCurve.load(tmp_path / "curves.json", "backpack"),
+    ]
+    table = (DOCS / "robot-file.md").read_text(encoding="utf-8").split("## On a mismatch")[1]
+    sentences = re.findall(r"\| `([^`]+)` \|$", table, re.MULTILINE)
+    for cause in wrong:
+        with pytest.raises(SymdynError) as raised:
+            cause()
+        text = str(raised.value).replace(f"{tmp_path.resolve()}/", "").replace(f"{tmp_path}/", "")
+        assert [sentence for sentence in sentences if text.startswith(sentence.removesuffix("..."))], text
+
+
 def test_the_robot_file_of_the_site_is_that_of_the_go2_with_every_key(site):
     from symdyn.robot.definition import JointLimit, Leg, Robot
 
@@ -255,7 +327,9 @@ def test_an_observation_term_added_as_the_how_to_says_is_trained_with_and_export
     def run(language: str, text: str) -> str:
         if language == "python":
             return python("-c", text, cwd=copy)
-        return "".join(python("-m", *shlex.split(command), cwd=copy) for command in text.splitlines())
+        commands = [shlex.split(command)[1:] for command in text.splitlines()]
+        # in one interpreter: another one would import torch anew
+        return python("-c", f"from symdyn_cli.main import main\nassert not any(map(main, {commands}))", cwd=copy)
 
     follow("howto/observation.md", copy, run)
     head = "import numpy as np\nfrom symdyn.policy.observation import VALUES, Sensed, Situation\n\n"
