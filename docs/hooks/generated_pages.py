@@ -20,7 +20,6 @@ _SECTIONS = {
 }
 """Placeholders of the navigation in mkdocs.yml, and what makes the entry that takes their place."""
 
-
 _SOURCES = (
     command_pages,
     gait_figures,
@@ -30,6 +29,7 @@ _SOURCES = (
     settings_page,
     table_pages,
 )
+"""Modules that make pages."""
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -40,15 +40,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages."""
-    for source in (
-        command_pages,
-        gait_figures,
-        module_pages,
-        notebook_pages,
-        repository_pages,
-        settings_page,
-        table_pages,
-    ):
+    for source in _SOURCES:
         for path, content in source.pages().items():
             files.append(File.generated(config, path, content=content))
     return files

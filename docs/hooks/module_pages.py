@@ -8,12 +8,7 @@ from pathlib import Path
 from checkout import ROOT
 
 _FOLDER = "reference/python"
-_PACKAGES = {
-    "symdyn": "the shared language: gaits, phase, timing, symmetry, observation, footfalls, metrics, the policy file",
-    "slip": "passive dynamics: from a URDF to the spring-loaded model, its gaits and its symmetries",
-    "rl": "the Go2 in MuJoCo, reward, commands, PPO, evaluation, experiments, films",
-    "hardware": "the robot over LCM: messages, links, safety, controller, logs",
-}
+_PACKAGES = ("symdyn", "slip", "rl", "hardware")
 _LEFT_OUT = ("cli", "messages", "__main__")
 """Commands have pages of their own; messages are lcm-gen's."""
 
@@ -30,10 +25,11 @@ def nav() -> list[object]:
 def pages() -> dict[str, str]:
     """Markdown by path."""
     found = {f"{_FOLDER}/index.md": _index()}
-    for package, what in _PACKAGES.items():
+    for package in _PACKAGES:
         modules = _modules(package)
         rows = [f"| [`{name}`]({_path(name).rsplit('/', 1)[1]}) | {first} |" for name, first in modules.items()]
-        head = [f"# {package}", "", f"{what[0].upper()}{what[1:]}.", "", "| module | what it is |", "|---|---|"]
+        sentence = _first_sentence(ROOT / package / "__init__.py")
+        head = [f"# {package}", "", sentence, "", "| module | what it is |", "|---|---|"]
         found[f"{_FOLDER}/{package}/index.md"] = "\n".join([*head, *rows]) + "\n"
         for name in modules:
             found[_path(name)] = f"::: {name}\n"
@@ -41,7 +37,8 @@ def pages() -> dict[str, str]:
 
 
 def _index() -> str:
-    rows = [f"| [`{package}`]({package}/index.md) | {what} |" for package, what in _PACKAGES.items()]
+    sentences = {package: _first_sentence(ROOT / package / "__init__.py") for package in _PACKAGES}
+    rows = [f"| [`{package}`]({package}/index.md) | {sentence} |" for package, sentence in sentences.items()]
     head = [
         "# Python",
         "",
@@ -63,15 +60,16 @@ def _modules(package: str) -> dict[str, str]:
         if set(parts) & set(_LEFT_OUT):
             continue
         name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-        docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
-        if name != package and docstring:
-            found[name] = _cell(docstring)
+        sentence = _first_sentence(path)
+        if name != package and sentence:
+            found[name] = sentence
     return dict(sorted(found.items()))
 
 
-def _cell(docstring: str) -> str:
+def _first_sentence(path: Path) -> str:
+    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
     first = " ".join(docstring.split("\n\n")[0].split()).replace("``", "`").replace("|", "\\|")
-    return first.split(". ")[0].rstrip(".") + "."
+    return first.split(". ")[0].rstrip(".") + "." if first else ""
 
 
 def _path(module: str) -> str:

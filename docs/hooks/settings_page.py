@@ -62,7 +62,7 @@ def _section(cls: type, presets: dict[str, Any], path: tuple[str, ...], repeated
     plain = [f.name for f in fields(cls) if not is_dataclass(getattr(presets[base], f.name))]
     nested = [f.name for f in fields(cls) if f.name not in plain]
     code = f"[{cls.__name__}][{cls.__module__}.{cls.__name__}]"
-    summary, meanings = _documentation(cls)
+    summary, meanings = documentation(cls)
     lines = []
     if repeated:
         plain = [name for name in plain if _changes(presets, name)]
@@ -109,7 +109,7 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _documentation(cls: type) -> tuple[str, dict[str, str]]:
+def documentation(cls: type) -> tuple[str, dict[str, str]]:
     """First paragraph of a class's docstring, and the meaning of each attribute."""
     summary, meanings = "", {}
     for section in griffe.Docstring(cls.__doc__ or "", parser="google").parse():

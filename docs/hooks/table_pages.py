@@ -1,11 +1,13 @@
-"""Tables of the observation, the metrics and the gaits, from the definitions that training and evaluation use."""
+"""Tables of observation, metrics, gaits and robot files, from the definitions that training and evaluation use."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from architecture_tables import TABLES as ARCHITECTURE_TABLES
 from numpy.typing import NDArray
+from robot_file_tables import TABLES as ROBOT_FILE_TABLES
 
 from rl.judging.summaries import EXTRA_KEYS
 from symdyn.analysis.metrics import KEYS
@@ -13,9 +15,9 @@ from symdyn.gait.library import LIBRARY
 from symdyn.gait.symmetry import K4, E, classify
 from symdyn.gait.timing import GRAVITY, TimingCurve
 from symdyn.io.markdown import table
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS, TERMS
 from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 
 def gait_table() -> list[str]:
@@ -37,10 +39,10 @@ def class_table() -> list[str]:
 
 
 def timing_table() -> list[str]:
-    """Stride period and duty factor of the paper's curves on the Go2."""
-    curve, rows = TimingCurve(), []
+    """Stride period and duty factor of the paper's curves on the robot that commands take where none is given."""
+    curve, robot, rows = TimingCurve(), get_robot(DEFAULT_ROBOT), []
     for speed in (0.0, 0.2, 0.5, 1.0, 1.5, 2.0):
-        v, length = np.array(speed), GO2.leg_length
+        v, length = np.array(speed), robot.leg_length
         star = speed / math.sqrt(GRAVITY * length)
         rows.append([f"{speed:g}", f"{star:.2f}", f"{curve.period(v, length):.3f}", f"{curve.duty(v, length):.3f}"])
     return table(["v, m/s", "v*", "T, s", "β"], rows)
@@ -50,6 +52,8 @@ TABLES = {
     "<!-- gait table -->": gait_table,
     "<!-- class table -->": class_table,
     "<!-- timing table -->": timing_table,
+    **ROBOT_FILE_TABLES,
+    **ARCHITECTURE_TABLES,
 }
 """Comments in pages in whose place a table is put."""
 
@@ -68,25 +72,36 @@ def pages() -> dict[str, str]:
 
 
 def _observation() -> str:
+    sizes = [f"`{name}` ({layout.size} numbers)" for name, layout in LAYOUTS.items()]
     lines = [
         "# Observation",
         "",
-        f"The policy sees {OBSERVATION.size} numbers, 50 times a second: those of the paper, section III-C. They are",
-        "defined once, in [symdyn.policy.observation][], and training, evaluation and robot assemble them by the same",
-        "function. The vector holds scale times value; noise is the half-width of the uniform noise in training,",
-        "before scaling. `symdyn gaits --observation` prints this table.",
+        "What a policy sees is an *observation*: a list of terms in a fixed order. Training knows",
+        f"{' and '.join(sizes)}. `paper` is section III-C of the paper.",
+        "`extended` adds the cosine of the clock (the sine alone does not tell early from late) and the gyroscope.",
         "",
-        "| index | term | unit | scale | noise | order | meaning |",
-        "|---|---|---|---|---|---|---|",
+        "- Training chooses one by name: [`--env.observation`](settings.md#env), default `paper`.",
+        "- The policy file carries its own table: name, size and scale of each term. Evaluation and robot assemble",
+        "  what the file asks for, at the rate of the robot's `control_dt`.",
+        "- Training, evaluation and robot call the same function, [observe][symdyn.policy.observation.observe].",
+        "",
+        "The vector holds scale times value. Noise is the half-width of the uniform noise in training, before scaling.",
+        "A column *index in* is the place of the term in that observation; `-`: the observation lacks the term.",
+        "`symdyn gaits --observation` prints the same tables. [Add an observation term](../howto/observation.md)",
+        "extends them.",
+        "",
     ]
-    for term in OBSERVATION.terms:
-        where = OBSERVATION.slices[term.name]
+    ranges = {name: layout.slices for name, layout in LAYOUTS.items()}
+    rows = []
+    for term in TERMS.values():
+        held = [slices.get(term.name) for slices in ranges.values()]
+        indices = [f"{where.start} to {where.stop - 1}" if where else "-" for where in held]
         order = "joints" if term.labels == JOINTS else ", ".join(term.labels)
         noise = f"± {term.noise:g}" if term.noise else "-"
-        numbers = f"{where.start} to {where.stop - 1}"
-        lines.append(
-            f"| {numbers} | `{term.name}` | {term.unit} | {term.scale:g} | {noise} | {order} | {term.meaning} |"
-        )
+        rows.append([f"`{term.name}`", *indices, term.unit, f"{term.scale:g}", noise, order, term.meaning])
+    lines += table(
+        ["term", *(f"index in `{name}`" for name in LAYOUTS), "unit", "scale", "noise", "order", "meaning"], rows
+    )
     lines += [
         "",
         f"Joints: {', '.join(JOINTS)}.",
@@ -96,12 +111,13 @@ def _observation() -> str:
         "How an element of the [body's group](../theory/symmetry.md) acts on each term follows from what the term is:",
         "a vector, a rotation, joints or legs.",
         "",
-        f"| term | kind | {' | '.join(g.name for g in K4 if g != E)} |",
-        "|---|---|" + "---|" * (len(K4) - 1),
     ]
-    for term in OBSERVATION.terms:
-        actions = [_action(*term.mirror(g)) for g in K4 if g != E]
-        lines.append(f"| `{term.name}` | {term.kind.removesuffix('_b').replace('_', ' ')} | {' | '.join(actions)} |")
+    elements = [g for g in K4 if g != E]
+    rows = []
+    for term in TERMS.values():
+        kind = term.kind.removesuffix("_b").replace("_", " ")
+        rows.append([f"`{term.name}`", kind, *(_action(*term.mirror(g)) for g in elements)])
+    lines += table(["term", "kind", *(g.name for g in elements)], rows)
     return "\n".join(lines) + "\n"
 
 

@@ -11,6 +11,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -109,40 +111,164 @@ def test_every_notebook_is_a_page_with_its_pictures(site):
         assert all((site / "notebooks" / picture).stat().st_size > 1000 for picture in pictures)
 
 
+def test_the_picture_of_the_packages_has_the_layers_that_import_linter_checks():
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    contracts = tools["importlinter"]["contracts"]
+    layers = {contract["containers"][0]: contract["layers"] for contract in contracts if "containers" in contract}
+    wanted = [
+        name
+        for package in ("slip", "rl", "hardware", "symdyn")
+        for layer in layers[package]
+        for name in layer.split(" | ")
+        if name != "__main__"
+    ]
+    picture = (DOCS / "images/packages.svg").read_text(encoding="utf-8")
+    assert re.findall(r'<text class="folder"[^>]*>(\w+)<', picture) == wanted
+
+
 # the examples run
 
 
-@pytest.mark.parametrize(
-    ("page", "lines"),
-    [
-        ("howto/gait.md", ["K=1 H=1 (('LH', 'RF'),)", "{'trot': 0.1, 'half_bound_right': 0.1, 'walk': 0.1}"]),
-        ("howto/robot.md", ["19.08 kg", "stands at 0.353 m"]),
-    ],
-)
-def test_python_of_a_how_to_runs_and_prints_what_the_page_says(page, lines, tmp_path, capsys):
-    found = blocks(page, "python")
+def page_blocks(page: str) -> list[tuple[str, str, str]]:
+    """Language, title or class, and text of every code block of a page, from top to bottom."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def follow(page: str, folder: Path, run: Callable[[str, str], str]) -> str:
+    """Do what a page says, from top to bottom: write its files, run its Python and its commands.
+
+    Args:
+        page: under docs/.
+        folder: to write the files in.
+        run: runs a block of the language ``python`` or ``sh`` there, and returns what it prints.
+
+    Returns:
+        All that was printed. Each block of output on the page was in what the code before it printed.
+    """
+    everything, said = "", ""
+    for language, info, text in page_blocks(page):
+        if language in ("python", "sh") and not info:
+            said = run(language, text)
+            everything += said
+        elif language == "text":
+            printed = {line.strip() for line in said.splitlines()}
+            wanted = [line.strip() for line in text.splitlines() if line != "..."]
+            assert [line for line in wanted if line not in printed] == [], said
+        elif (title := re.fullmatch(r'title="([\w./]+)"', info)) and language in ("toml", "xml"):
+            (folder / title[1]).write_text(text)
+    return everything
+
+
+def test_the_gait_of_the_how_to_runs_and_prints_what_the_page_says(tmp_path, capsys):
+    found = blocks("howto/gait.md", "python")
     assert found
     names: dict[str, Any] = {}
     with contextlib.chdir(tmp_path):
         for code in found:
-            exec(compile(code, page, "exec"), names)
+            exec(compile(code, "howto/gait.md", "exec"), names)
     said = capsys.readouterr().out
-    for line in lines:
+    for line in ("K=1 H=1 (('LH', 'RF'),)", "{'trot': 0.1, 'half_bound_right': 0.1, 'walk': 0.1}"):
         assert line in said
-        assert line in (DOCS / page).read_text(encoding="utf-8")
+        assert line in (DOCS / "howto/gait.md").read_text(encoding="utf-8")
 
 
-def test_the_robot_of_the_how_to_can_be_analysed(tmp_path):
+def test_the_robot_of_the_how_to_is_analysed_trained_and_judged_as_the_page_says(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
+    names: dict[str, Any] = {}
+
+    def run(language: str, text: str) -> str:
+        if language == "python":
+            with contextlib.chdir(tmp_path):
+                exec(compile(text, "howto/robot.md", "exec"), names)
+            return capsys.readouterr().out
+        said = ""
+        for command in text.splitlines():
+            name, *arguments = shlex.split(command)
+            assert name == "symdyn"
+            done = symdyn(*arguments, cwd=tmp_path)
+            assert done.returncode == 0, (command, done.stderr)
+            said += done.stdout
+        return said
+
+    said = follow("howto/robot.md", tmp_path, run)
     page = (DOCS / "howto/robot.md").read_text(encoding="utf-8")
-    (make, *_), (command,) = blocks("howto/robot.md", "python"), blocks("howto/robot.md", "sh")
-    with contextlib.chdir(tmp_path):
-        exec(compile(make, "howto/robot.md", "exec"), {})
-    (tmp_path / "backpack.srdf").write_text(re.search(r'title="backpack.srdf"\n(.*?)```', page, re.DOTALL)[1])
-    done = symdyn(*shlex.split(command)[1:], cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    for number in ("0.4570", "0.2126", "35.6", "0.771"):  # as the page has them
-        assert number in done.stdout
+    for number in ("19.08 kg", "stands at 0.353 m", "0.4570", "0.2126", "kp 35.6", "kd 0.771"):
+        assert number in said
         assert number in page
+    assert tomllib.loads((tmp_path / "backpack.toml").read_text())["kp"] == 35.6  # as the analysis suggests
+    assert json.loads((tmp_path / "runs/backpack/robot.json").read_text())["name"] == "backpack"
+    assert (tmp_path / "out/policy/report.md").is_file()
+
+
+def test_sentences_of_the_robot_file_page_are_those_that_are_raised(tmp_path):
+    from rl.physics.model import build_model
+    from rl.pretrained import policy_path
+    from symdyn.errors import SymdynError
+    from symdyn.gait.timing import TimingCurve
+    from symdyn.policy.file import Policy
+    from symdyn.robot.descriptions import urdf_path
+    from symdyn.robot.robot_file import get_robot, load_robot_file
+
+    go2 = urdf_path(get_robot("go2"))
+    package, folder = "package://example-robot-data/robots", str(go2.parents[2])
+    urdf = go2.read_text(encoding="utf-8").replace(package, folder)
+    robot = (ROOT / "symdyn/robot/robots/go2.toml").read_text(encoding="utf-8").replace('"go2"', '"backpack"')
+    robot = re.sub('urdf = ".*"', 'urdf = "backpack.urdf"', robot)
+    (tmp_path / "backpack.toml").write_text(robot)
+    backpack = load_robot_file(tmp_path / "backpack.toml")
+    shutil.copy(policy_path("go2"), tmp_path / "policy.onnx")
+    TimingCurve().save(tmp_path / "curves.json", robot="go2")
+
+    def of_robot_file(old: str, new: str) -> Callable[[], object]:
+        def load() -> None:
+            assert old in robot
+            (tmp_path / "backpack.toml").write_text(robot.replace(old, new))
+            load_robot_file(tmp_path / "backpack.toml")
+
+        return load
+
+    def of_urdf(pattern: str, new: str) -> Callable[[], object]:
+        def build() -> None:
+            changed, count = re.subn(pattern, new, urdf)
+            assert count
+            (tmp_path / "backpack.urdf").write_text(changed)
+            build_model(backpack)
+
+        return build
+
+    wrong = [
+        of_robot_file("kp = 30.0", ""),
+        of_robot_file("kp = 30.0", "kp = 30.0\nkpp = 30.0"),
+        of_robot_file("kp = 30.0", "kp = -1.0"),
+        lambda: build_model(backpack),
+        of_urdf("RL_hip_joint", "LH_hip_joint"),
+        of_urdf('"RL_foot"', '"LH_foot"'),
+        of_urdf('effort="[^"]*"', 'effort="0"'),
+        of_urdf("RL_hip_rotor", "LH_hip_rotor"),
+        lambda: Policy.load(tmp_path / "policy.onnx", backpack),
+        lambda: TimingCurve.load(tmp_path / "curves.json", "backpack"),
+    ]
+    table = (DOCS / "robot-file.md").read_text(encoding="utf-8").split("## On a mismatch")[1]
+    sentences = re.findall(r"\| `([^`]+)` \|$", table, re.MULTILINE)
+    for cause in wrong:
+        with pytest.raises(SymdynError) as raised:
+            cause()
+        text = str(raised.value).replace(f"{tmp_path.resolve()}/", "").replace(f"{tmp_path}/", "")
+        assert [sentence for sentence in sentences if text.startswith(sentence.removesuffix("..."))], text
+
+
+def test_the_robot_file_of_the_site_is_that_of_the_go2_with_every_key(site):
+    from symdyn.robot.definition import JointLimit, Leg, Robot
+
+    page = text_of(site / "robot-file.html")
+    for line in (ROOT / "symdyn/robot/robots/go2.toml").read_text(encoding="utf-8").splitlines():
+        assert line in page
+    for key in (field.name for kind in (Robot, Leg, JointLimit) for field in fields(kind)):
+        assert re.search(rf"^{key}\n(?:number|text|table|list)", page, re.MULTILINE), key
+    assert re.search(r"^kd\nnumber\nN m s/rad\nyes\nderivative gain", page, re.MULTILINE)
+    assert re.search(r"^stance\nlist of 3 numbers\nrad\nyes\n", page, re.MULTILINE)
+    assert re.search(r"^velocity\nnumber\nrad/s\nno\n", page, re.MULTILINE)
 
 
 @pytest.fixture
@@ -193,6 +319,23 @@ def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_cop
     head = "import math\nimport pytest\nimport torch\nfrom rl.task import rewards\n\nonly = torch.Tensor.item\n\n"
     (copy / "test_power.py").write_text(head + test)
     assert "1 passed" in python("-m", "pytest", "-q", "-p", "no:cacheprovider", "test_power.py", cwd=copy)
+
+
+def test_an_observation_term_added_as_the_how_to_says_is_trained_with_and_exported(changed_copy):
+    copy = changed_copy("howto/observation.md")
+
+    def run(language: str, text: str) -> str:
+        if language == "python":
+            return python("-c", text, cwd=copy)
+        commands = [shlex.split(command)[1:] for command in text.splitlines()]
+        # in one interpreter: another one would import torch anew
+        return python("-c", f"from symdyn_cli.main import main\nassert not any(map(main, {commands}))", cwd=copy)
+
+    follow("howto/observation.md", copy, run)
+    head = "import numpy as np\nfrom symdyn.policy.observation import VALUES, Sensed, Situation\n\n"
+    (test,) = [text for _, info, text in page_blocks("howto/observation.md") if "test_observation.py" in info]
+    (copy / "test_stance.py").write_text(head + test)
+    assert "1 passed" in python("-m", "pytest", "-q", "-p", "no:cacheprovider", "test_stance.py", cwd=copy)
 
 
 def test_the_tour_runs_as_it_stands(tmp_path):
