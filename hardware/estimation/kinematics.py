@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from symdyn.errors import FileProblem
 from symdyn.robot.definition import Robot
-from symdyn.robot.descriptions import urdf_path
+from symdyn.robot.descriptions import package_folders, urdf_path
 from symdyn.robot.legs import LEG_JOINTS, LEGS
 
 Floats = NDArray[np.float64]
@@ -184,7 +184,10 @@ def _foot_spheres(model: pinocchio.Model, robot: Robot, feet: list[int]) -> tupl
     path = urdf_path(robot)
     try:
         geometry = pinocchio.buildGeomFromUrdf(
-            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=[str(folder) for folder in path.parents]
+            model,
+            str(path),
+            pinocchio.GeometryType.COLLISION,
+            package_dirs=[str(folder) for folder in package_folders(path)],
         )
     except (ValueError, RuntimeError) as error:
         raise FileProblem(path, f"has a collision mesh that cannot be read ({error}).") from error

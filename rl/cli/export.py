@@ -13,7 +13,7 @@ from typing import Annotated  # noqa: E402
 
 import tyro  # noqa: E402
 
-from rl.learning import run_dir  # noqa: E402
+from rl.learning import config_file, run_dir  # noqa: E402
 from rl.learning.export import export_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 
@@ -41,5 +41,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     log_to(console)
     path = export_policy(run_dir.existing(args.run), args.out, args.checkpoint)
-    console.print(f"Wrote {path} ({path.stat().st_size / 1024:.0f} KiB). Next: symdyn evaluate {path} --suite quick")
+    robot = run_dir.robot_flag(config_file.load(args.run / run_dir.CONFIG).robot)
+    console.print(f"Wrote {path} ({path.stat().st_size / 1024:.0f} KiB). Next:")
+    console.print(f"  symdyn evaluate {path} --suite quick{robot}", soft_wrap=True)
     return 0

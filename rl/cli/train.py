@@ -139,7 +139,8 @@ def _run(trainer: Trainer, console: Console) -> int:
         return INTERRUPTED
     console.print(f"Done after {trainer.iteration} updates. Next:")
     console.print(f"  symdyn export {directory}")
-    console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick")
+    robot = run_dir.robot_flag(config.robot)
+    console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick{robot}", soft_wrap=True)
     return 0
 
 

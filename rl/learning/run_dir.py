@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import shlex
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from symdyn.errors import FileProblem
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.files import read_json, writable_directory, write_json
 from symdyn.robot.definition import Robot
-from symdyn.robot.robot_file import get_robot, load_robot_file, save_robot_file
+from symdyn.robot.robot_file import get_robot, is_robot_file, load_robot_file, save_robot_file
 
 CONFIG = "config.yaml"
 TIMING = "timing.json"
@@ -80,6 +81,15 @@ def robot(run: Path, chosen: str) -> Robot:
         UnknownName: if there is no robot of that name.
     """
     return load_robot_file(run / ROBOT) if (run / ROBOT).is_file() else get_robot(chosen)
+
+
+def robot_flag(chosen: str) -> str:
+    """What a command needs to know this robot: ``--robot FILE`` for one that does not come with symdyn, else nothing.
+
+    Args:
+        chosen: name or file of a robot, as the run's settings have it.
+    """
+    return f" --robot {shlex.quote(chosen)}" if is_robot_file(chosen) else ""
 
 
 def timing(run: Path, chosen: Path | None, robot: Robot) -> TimingCurve:

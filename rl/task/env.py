@@ -62,8 +62,8 @@ class EnvConfig:
 
     Attributes:
         episode_s: length of an episode, s (paper).
-        observation: what the policy sees: ``paper`` (52 numbers) or ``extended`` (these, the cosine of the clock, and
-            the gyroscope).
+        observation: what the policy sees, by its name in symdyn.policy.observation; symdyn gaits --observation lists
+            them.
         curriculum: how the reward changes while training.
     """
 

@@ -91,7 +91,8 @@ def _build(hint: Any, value: Any, key: str, origin: object) -> Any:
             return Path(value)
     elif type(value) is hint:
         return value
-    raise FileProblem(origin, f"{key} is {reprlib.repr(value)}, but must be {_allowed(hint)}.")
+    quoted = " without quotes (in YAML, write 1.0e-3, not 1e-3)" if hint is float and _is_number(value) else ""
+    raise FileProblem(origin, f"{key} is {reprlib.repr(value)}, but must be {_allowed(hint)}{quoted}.")
 
 
 def _build_dataclass(hint: Any, value: Any, key: str, origin: object) -> Any:
@@ -118,6 +119,14 @@ def _build_dataclass(hint: Any, value: Any, key: str, origin: object) -> Any:
         raise FileProblem(origin, f"has a bad setting in {name}. {error}") from error
 
 
+def _is_number(value: Any) -> bool:
+    """Whether text reads as a number."""
+    try:
+        return isinstance(value, str) and math.isfinite(float(value))
+    except ValueError:
+        return False
+
+
 def _to_float(value: float) -> float:
     try:
         return float(value)
@@ -135,7 +144,7 @@ def _allowed(hint: Any) -> str:
         number = "" if arguments[-1] is Ellipsis else f" of {len(arguments)}"
         return f"a list{number}, each {_allowed(arguments[0])}"
     names = {
-        float: "a finite number (in YAML 1.0e-3, not 1e-3)",
+        float: "a finite number",
         int: "a whole number",
         bool: "true or false",
         str: "text",

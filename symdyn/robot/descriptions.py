@@ -42,19 +42,28 @@ def urdf_path(robot: Robot) -> Path:
     return path
 
 
+def package_folders(urdf: Path) -> list[Path]:
+    """Where the packages lie that a URDF names: its own folder, every one above it, and that of example-robot-data."""
+    try:
+        installed = [robots_folder().parents[1]]
+    except ResourceProblem:
+        installed = []
+    return [*urdf.parents, *installed]
+
+
 def mesh_path(urdf: Path, reference: str) -> Path:
     """The file of a mesh that a URDF names.
 
     Args:
         urdf: the description.
         reference: as it stands there: ``package://PACKAGE/PATH``, an absolute path, or one that counts from the URDF's
-            folder. The folder of a package is looked for beside the URDF and in every folder above it.
+            folder. The folder of a package is looked for in :func:`package_folders`.
 
     Raises:
         FileProblem: if there is no such file.
     """
     relative = reference.removeprefix("package://")
-    folders = urdf.parents if relative != reference else (urdf.parent,)
+    folders = package_folders(urdf) if relative != reference else [urdf.parent]
     for folder in folders:
         if (folder / relative).is_file():
             return folder / relative

@@ -211,8 +211,7 @@ def test_sentences_of_the_robot_file_page_are_those_that_are_raised(tmp_path):
     from symdyn.robot.robot_file import get_robot, load_robot_file
 
     go2 = urdf_path(get_robot("go2"))
-    package, folder = "package://example-robot-data/robots", str(go2.parents[2])
-    urdf = go2.read_text(encoding="utf-8").replace(package, folder)
+    urdf = go2.read_text(encoding="utf-8")
     robot = (ROOT / "symdyn/robot/robots/go2.toml").read_text(encoding="utf-8").replace('"go2"', '"backpack"')
     robot = re.sub('urdf = ".*"', 'urdf = "backpack.urdf"', robot)
     (tmp_path / "backpack.toml").write_text(robot)

@@ -16,6 +16,7 @@ import hardware.estimation.kinematics
 from hardware.estimation.kinematics import JointLimits, LegKinematics, rotation, skew
 from rl.physics.model import foot_site
 from symdyn.errors import FileProblem
+from symdyn.robot.definition import JointLimit
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import LEG_JOINTS, LEGS
 from tests.robots import GO2
@@ -115,19 +116,37 @@ def test_rotation_is_scipys() -> None:
     np.testing.assert_allclose(rotation(quat_w), Rotation.from_quat(quat_w, scalar_first=True).as_matrix(), atol=1e-14)
 
 
+HIND = GO2.legs.LH
+
+
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        ({"joint_names": ("no_such_joint", *GO2.joint_names[1:])}, "no_such_joint"),
-        ({"joint_names": GO2.joint_names[:-1]}, "12 joints"),
-        ({"foot_links": ("no_such_link", *GO2.foot_links[1:])}, "no_such_link"),
-        ({"foot_links": ("RL_hip_rotor", *GO2.foot_links[1:])}, "RL_hip_rotor"),  # a link without a mesh
-        ({"urdf": "go2_description/urdf/no_such.urdf"}, "no_such.urdf"),
+        ({"joints": ("no_such_joint", *HIND.joints[1:])}, "no_such_joint"),
+        ({"joints": HIND.joints[:-1], "stance": HIND.stance[:-1]}, "12 joints"),
+        ({"foot": "no_such_link"}, "no_such_link"),
+        ({"foot": "RL_hip_rotor"}, "RL_hip_rotor"),  # a link without a mesh
     ],
 )
 def test_a_robot_that_its_urdf_does_not_know(change: dict[str, Any], named: str) -> None:
     with pytest.raises(FileProblem, match=named):
-        LegKinematics(replace(GO2, **change))
+        LegKinematics(replace(GO2, legs=replace(GO2.legs, LH=replace(HIND, **change))))
+
+
+def test_a_robot_whose_urdf_is_not_there() -> None:
+    with pytest.raises(FileProblem, match=r"no_such\.urdf"):
+        LegKinematics(replace(GO2, urdf="example-robot-data:go2_description/urdf/no_such.urdf"))
+
+
+def test_limits_of_the_robot_file_go_before_those_of_the_urdf() -> None:
+    name = GO2.joint_names[4]
+    usual = JointLimits.of(GO2)
+    limit = JointLimit(name, position=(-0.25, 0.75), velocity=3.0, torque=9.0)
+    given = JointLimits.of(replace(GO2, limits=(limit,)))
+    assert (given.lower[4], given.upper[4], given.velocity[4], given.torque[4]) == (-0.25, 0.75, 3.0, 9.0)
+    others = np.delete(np.arange(12), 4)
+    for name in ("lower", "upper", "velocity", "torque"):
+        assert np.array_equal(getattr(given, name)[others], getattr(usual, name)[others])
 
 
 def test_a_file_that_is_no_urdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -159,5 +159,7 @@ def test_meshes_are_found_beside_the_description_and_in_the_folders_above(tmp_pa
     assert mesh_path(urdf, "package://mine_description/meshes/foot.stl") == mesh
     assert mesh_path(urdf, "../meshes/foot.stl").resolve() == mesh
     assert mesh_path(urdf, str(mesh)) == mesh
+    installed = "package://example-robot-data/robots/go2_description/urdf/go2.urdf"  # any file will do
+    assert mesh_path(urdf, installed) == urdf_path(GO2)
     with pytest.raises(FileProblem, match=r"names the mesh 'package://mine/foot\.stl'"):
         mesh_path(urdf, "package://mine/foot.stl")
