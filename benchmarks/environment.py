@@ -16,7 +16,7 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.env import GaitEnv
 from symdyn.gait.timing import TimingCurve
-from symdyn.robot.definition import GO2
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _ENVS = 1024
 _STEPS = 15
@@ -26,7 +26,8 @@ _MANY = 2048
 
 def make_env(num_envs: int) -> GaitEnv:
     """The environment of the default preset."""
-    return GaitEnv(preset("cpu").env, BatchPhysics(build_model(GO2), GO2, num_envs), TimingCurve())
+    robot = get_robot(DEFAULT_ROBOT)
+    return GaitEnv(preset("cpu").env, BatchPhysics(build_model(robot), robot, num_envs), TimingCurve(), robot)
 
 
 def bare_batch(env: GaitEnv) -> Batch:

@@ -38,7 +38,8 @@ from symdyn.io.files import write_json, write_text
 from symdyn.io.markdown import table
 from symdyn.io.origin import commit
 from symdyn.policy.file import Policy
-from symdyn_cli.robot_sim import go2
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
+from symdyn_cli.robot_sim import simulated
 
 _STATES: tuple[Since, Since] = ("stand", "run")
 _AFTER_S, _WATCHED_S, _PATIENCE_S = 1.0, 3.0, 30.0
@@ -118,7 +119,7 @@ def _in_lockstep(cell: dict[str, Any]) -> dict[str, Any]:
     logging.disable(logging.WARNING)
     moment = float(np.random.default_rng(seed).uniform(0.2, 4.5 if since == "stand" else 2.5))
     settings = Settings() if since == "stand" else Settings(stand=_QUICK)
-    rig = Rig(go2(seed), get_scenario("run"), PlannedFault(name, moment, since), seed)
+    rig = Rig(simulated(get_robot(DEFAULT_ROBOT), seed), get_scenario("run"), PlannedFault(name, moment, since), seed)
     its = Lockstep(Controller(Policy.load(policy_path()), settings), rig)
     silent = 0
     struck: Moment | None = None

@@ -27,7 +27,8 @@ from hardware.wire.channels import TARGETS, TICK
 from hardware.wire.event_log import LogReader
 from rl.pretrained import policy_path
 from symdyn.policy.file import Policy
-from symdyn_cli.robot_sim import go2
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
+from symdyn_cli.robot_sim import simulated
 
 _RUN_S = 20.0
 _PATIENCE_S = 30.0
@@ -42,7 +43,7 @@ def measure() -> list[Result]:
 def _decision() -> Result:
     logging.disable(logging.WARNING)
     controller = Controller(Policy.load(policy_path()), Settings(stand=StandConfig(0.8, 0.2, 0.2, 0.1)))
-    world = Lockstep(controller, Rig(go2(0), get_scenario("run"), None, 0))
+    world = Lockstep(controller, Rig(simulated(get_robot(DEFAULT_ROBOT), 0), get_scenario("run"), None, 0))
     for moment in world.ticks(10.0):
         if moment.tick.state is State.RUN:
             break

@@ -19,7 +19,7 @@ from hardware.wire.channels import TARGETS
 from hardware.wire.link import Link
 from hardware.wire.messages import pd_tau_targets_lcmt
 from hardware.wire.readings import Targets
-from symdyn.robot.definition import GO2
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 QUICK_STAND = (
     "--stand.rise-s", "0.8", "--stand.ramp-s", "0.2", "--stand.settle-s", "0.2", "--stand.wiggle-s", "0.1",
@@ -133,7 +133,7 @@ class Ear:
         if not self.targets:
             return "untold"
         kp = self.targets[-1][1].kp
-        return "damping" if not kp.any() else "running" if (kp == GO2.kp).all() else "standing"
+        return "damping" if not kp.any() else "running" if (kp == get_robot(DEFAULT_ROBOT).kp).all() else "standing"
 
     def first_damping(self, after: float) -> float:
         """When the first damping after a moment came, s of time.monotonic()."""

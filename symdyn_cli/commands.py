@@ -33,6 +33,13 @@ GROUPS: dict[str, dict[str, Command]] = {
             "symdyn gaits rotary_gallop --speed 1.0",
             names="symdyn.gait.library:LIBRARY",
         ),
+        "robots": Command(
+            "symdyn_cli.robots",
+            None,
+            "the robots that --robot takes by name, with what their robot files say",
+            "symdyn robots go2",
+            names="symdyn.robot.robot_file:ROBOTS",
+        ),
         "symmetry": Command(
             "slip.cli.symmetry",
             "slip",
@@ -114,13 +121,13 @@ GROUPS: dict[str, dict[str, Command]] = {
         "deploy": Command(
             "hardware.cli.deploy",
             "hardware",
-            "run a policy on a Go2 over LCM, with joystick or keyboard, safety and log",
+            "run a policy on a robot over LCM, with joystick or keyboard, safety and log",
             "symdyn deploy mine.onnx --log run.lcmlog",
         ),
         "robot-sim": Command(
             "symdyn_cli.robot_sim",
             "robot-sim",
-            "a simulated Go2 that speaks the real one's protocol, with faults on demand",
+            "a simulated robot that speaks the real one's protocol, with faults on demand",
             "symdyn robot-sim --scenario paper",
         ),
         "analyze": Command(

@@ -21,9 +21,10 @@ from symdyn.gait.phase import in_swing, leg_phase
 from symdyn.gait.symmetry import classify
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.console import make_console
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.layout import Layout
+from symdyn.policy.observation import LAYOUTS, TERMS
 from symdyn.robot.legs import JOINTS, LEGS
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _COLUMNS_A_STRIDE = 30
 _STRIDES_SHOWN = 2
@@ -35,14 +36,16 @@ class GaitsArguments:
 
     Attributes:
         name: one gait, shown with its footfalls; all of them as a table if left out.
-        speed: forward velocity for period and duty factor, m/s. The Go2's leg length is 0.40 m.
+        robot: name or robot file of the robot for whose leg length period and duty factor are shown.
+        speed: forward velocity for period and duty factor, m/s.
         timing: a curves file instead of the paper's constants.
         json: print [{name, offsets, K, H, time_reversal_partner, symmetric_pairs}] and nothing else.
-        observation: print the policy's 52 inputs in order, with scale and noise, and nothing else.
+        observation: print the inputs of a policy in order, with scale and noise, for every observation; nothing else.
         figure: also save a footfall picture (PNG, PDF or SVG by its suffix); needs a name.
     """
 
     name: Annotated[str | None, tyro.conf.Positional] = None
+    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     speed: float = 0.5
     timing: Path | None = None
     json: bool = False
@@ -55,7 +58,7 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(GaitsArguments, args=list(arguments), prog="symdyn gaits")
     if not math.isfinite(args.speed):
         raise InvalidValue("--speed", args.speed, "a finite number, m/s")
-    timing = TimingCurve() if args.timing is None else TimingCurve.load(args.timing)
+    timing = TimingCurve() if args.timing is None else TimingCurve.load(args.timing, get_robot(args.robot).name)
     gaits = list(LIBRARY.values()) if args.name is None else [get(args.name)]
     if args.figure is not None and args.name is None:
         raise InvalidValue("--figure", str(args.figure), "used with the name of one gait")
@@ -63,7 +66,9 @@ def run(arguments: Sequence[str]) -> int:
     if args.json:
         console.out(json.dumps([as_json(gait) for gait in gaits], indent=2), highlight=False)
     elif args.observation:
-        _print_observation(console)
+        for name, layout in LAYOUTS.items():
+            _print_observation(console, name, layout)
+        _print_meanings(console)
     else:
         _show(console, gaits, timing, args)
     return 0
@@ -83,12 +88,12 @@ def as_json(gait: Gait) -> dict[str, Any]:
 
 
 def _show(console: Console, gaits: list[Gait], timing: TimingCurve, args: GaitsArguments) -> None:
-    period = float(timing.period(np.array(args.speed), GO2.leg_length))
-    duty = float(timing.duty(np.array(args.speed), GO2.leg_length))
+    robot = get_robot(args.robot)
+    period = float(timing.period(np.array(args.speed), robot.leg_length))
+    duty = float(timing.duty(np.array(args.speed), robot.leg_length))
     console.print(_library_table(gaits))
-    console.print(
-        f"At {args.speed:g} m/s: stride period {period:.3f} s, duty factor {duty:.3f}. Curve: {timing.source}."
-    )
+    at = f"At {args.speed:g} m/s ({robot.name})"
+    console.print(f"{at}: stride period {period:.3f} s, duty factor {duty:.3f}. Curve: {timing.source}.")
     if args.name is None:
         console.print(
             "LH to RH: phase offset theta of each leg, strides. K: spatial symmetries. H: those with a phase shift."
@@ -130,20 +135,22 @@ def footfall_text(gait: Gait, duty: float, speed: float) -> str:
     return "\n".join([*rows, f"    {_STRIDES_SHOWN} strides; █ stance, . swing"])
 
 
-def _print_observation(console: Console) -> None:
+def _print_observation(console: Console, name: str, layout: Layout) -> None:
     table = Table(box=SIMPLE_HEAD)
     for heading in ("index", "term", "unit", "scale", "noise", "order"):
         table.add_column(heading, no_wrap=heading in ("index", "term"))
-    slices = OBSERVATION.slices
-    for term in OBSERVATION.terms:
+    slices = layout.slices
+    for term in layout.terms:
         where = slices[term.name]
         noise = f"± {term.noise:g}" if term.noise else "-"
         order = "joints" if term.labels == JOINTS else " ".join(term.labels)
         table.add_row(f"{where.start}..{where.stop - 1}", term.name, term.unit, f"{term.scale:g}", noise, order)
-    console.print(
-        f"The policy's {OBSERVATION.size} inputs. noise: half-width of the uniform noise in training, unscaled."
-    )
+    console.print(f"Observation {name!r}: {layout.size} inputs.")
     console.print(table)
-    for term in OBSERVATION.terms:
+
+
+def _print_meanings(console: Console) -> None:
+    console.print("noise: half-width of the uniform noise in training, unscaled.")
+    for term in TERMS.values():
         console.print(f"{term.name}: {term.meaning}")
     console.print(f"joints: {' '.join(JOINTS)}")

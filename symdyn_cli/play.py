@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402
 import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from rl.viewer.live.runner import Runner  # noqa: E402
 from rl.viewer.live.simulation import LiveSimulation  # noqa: E402
 from rl.viewer.panel.report import paragraph  # noqa: E402
@@ -30,9 +30,10 @@ from rl.viewer.window.server import DEFAULT_HOST, DEFAULT_PORT, is_loopback, ser
 from rl.viewer.window.watched import News, Watched  # noqa: E402
 from symdyn.errors import InvalidValue, ResourceProblem  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
-from symdyn.policy.file import Policy  # noqa: E402
-from symdyn.robot.definition import GO2  # noqa: E402
+from symdyn.io.options import RobotOption  # noqa: E402
+from symdyn.robot.definition import Robot  # noqa: E402
 from symdyn.robot.frames import to_heading  # noqa: E402
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot  # noqa: E402
 
 _ROBOT_SIM = "--robot-sim"
 
@@ -55,6 +56,7 @@ class PlayArguments:
 
     Attributes:
         policy: the file; the policy that comes with symdyn if left out.
+        robot: name or robot file of the robot; the policy's if left out.
         port: of the page; 0 takes a free one.
         host: name or address of this computer under which others reach the page. 127.0.0.1 is for this computer alone;
             0.0.0.0 is for everybody in the network, and there is no password.
@@ -63,6 +65,7 @@ class PlayArguments:
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None
+    robot: RobotOption = None
     port: int = DEFAULT_PORT
     host: str = DEFAULT_HOST
     robot_sim: Annotated[str | None, tyro.conf.arg(metavar="[URL]")] = None
@@ -109,8 +112,7 @@ def _with_url(arguments: Sequence[str]) -> list[str]:
 def _simulated(args: PlayArguments, console: Console) -> Iterator[Page]:
     if args.seed < 0:
         raise InvalidValue("--seed", args.seed, "a whole number >= 0")
-    path = args.policy or policy_path()
-    policy = Policy.load(path)
+    path, policy = load_policy(args.policy, args.robot)
     with serving(args.host, args.port) as server:
         runner = Runner(LiveSimulation(policy, args.seed))
         page = Page(server, runner.simulation.robot, LiveView(runner), "What you tell it")
@@ -130,19 +132,19 @@ def _simulated(args: PlayArguments, console: Console) -> Iterator[Page]:
 def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
     if args.policy is not None:
         raise InvalidValue("POLICY", str(args.policy), f"left out with {_ROBOT_SIM}, which shows what runs elsewhere")
-    lcm_url = str(args.robot_sim)
+    lcm_url, robot = str(args.robot_sim), get_robot(args.robot or DEFAULT_ROBOT)
     watched = Watched(
-        f"{GO2.name.capitalize()} on LCM",
+        f"{robot.name.capitalize()} on LCM",
         f"Nothing comes from {lcm_url}: is symdyn robot-sim, or the bridge of a robot, running there?",
     )
     try:
-        listening = _listen(lcm_url, watched)
+        listening = _listen(lcm_url, robot, watched)
     except ModuleNotFoundError as error:
         raise ResourceProblem(
             f"{_ROBOT_SIM} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[hardware]'."
         ) from error
     with listening, serving(args.host, args.port) as server:
-        page = Page(server, GO2, watched, "Robot on LCM")
+        page = Page(server, robot, watched, "Robot on LCM")
         server.gui.add_html(paragraph(_INTRODUCTION))
         page.start()
         try:
@@ -153,7 +155,7 @@ def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
             page.close()
 
 
-def _listen(lcm_url: str, watched: Watched) -> AbstractContextManager[object]:
+def _listen(lcm_url: str, robot: Robot, watched: Watched) -> AbstractContextManager[object]:
     """Tell the page what LCM tells, from now until the end of a block.
 
     Raises:
@@ -167,7 +169,7 @@ def _listen(lcm_url: str, watched: Watched) -> AbstractContextManager[object]:
     from hardware.wire.readings import Imu, Joints
     from hardware.wire.sdk_order import LEGS_FROM_SDK
 
-    feet = FootContact(ContactConfig(), LegKinematics(GO2))
+    feet = FootContact(ContactConfig(), LegKinematics(robot))
 
     def hear(channel: str, _: bytes, arrival: float, __: int) -> None:
         joints_heard, imu_heard, truth_heard = (link.latest(name) for name in (JOINTS, IMU, TRUTH))

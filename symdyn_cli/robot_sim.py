@@ -1,4 +1,4 @@
-"""``symdyn robot-sim``: a simulated Go2 that speaks the real one's protocol."""
+"""``symdyn robot-sim``: a simulated robot that speaks the real one's protocol."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 from rich.console import Console
@@ -29,16 +30,18 @@ from rl.physics.model import build_spec, force_sensor
 from symdyn.errors import InvalidValue
 from symdyn.io.console import log_to, make_console
 from symdyn.io.files import writable_directory, write_json
-from symdyn.robot.definition import GO2
+from symdyn.robot.definition import Robot
 from symdyn.robot.legs import LEGS
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 
 @dataclass(frozen=True)
 class RobotSimArguments:
-    """A Go2 in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes through
-    a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
+    """A robot in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes
+    through a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
 
     Attributes:
+        robot: name or robot file of the robot.
         url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
         scenario: what the person does; see above.
         start: how the robot is found.
@@ -55,6 +58,7 @@ class RobotSimArguments:
         out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
     """
 
+    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     url: str | None = None
     scenario: str = "run"
     start: Start = "lying"
@@ -71,12 +75,12 @@ class RobotSimArguments:
     out: Path | None = None
 
 
-def go2(
-    seed: int = 0, start: Start = "lying", noise: SensorNoise | None = None, wakes_at: float = 0.0
+def simulated(
+    robot: Robot, seed: int = 0, start: Start = "lying", noise: SensorNoise | None = None, wakes_at: float = 0.0
 ) -> SimulatedRobot:
-    """A simulated Go2: the trainer's model with knees, behind the bridge. See SimulatedRobot."""
-    model = add_knees(build_spec(GO2), GO2).compile()
-    return SimulatedRobot(model, GO2, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at)
+    """A simulated robot: the trainer's model with knees, behind the bridge. See SimulatedRobot."""
+    model = add_knees(build_spec(robot), robot).compile()
+    return SimulatedRobot(model, robot, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -95,15 +99,22 @@ def run(arguments: Sequence[str]) -> int:
         fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
     if args.out is not None:
         writable_directory(args.out.parent)
-    robot = go2(args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at)
+    robot = get_robot(args.robot)
+    its = simulated(robot, args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
-    session = Session(url, Rig(robot, scenario, fault, args.seed))
+    session = Session(url, Rig(its, scenario, fault, args.seed))
     console = make_console()
     log_to(console)
-    console.print(f"A simulated Go2, {args.start}, on {url}. At its joystick: {scenario.help}. Ctrl-C ends.")
+    console.print(f"A simulated {robot.name}, {args.start}, on {url}. At its joystick: {scenario.help}. Ctrl-C ends.")
     with _ended_by_signals() as stop, _status(console, session):
         session.run(duration, stop, args.realtime)
-    summary = {"scenario": args.scenario, "start": args.start, "seed": args.seed, "fault_name": args.fault}
+    summary = {
+        "robot": robot.name,
+        "scenario": args.scenario,
+        "start": args.start,
+        "seed": args.seed,
+        "fault_name": args.fault,
+    }
     summary |= session.summary()
     _tell(console, session)
     if args.out is not None:

@@ -120,7 +120,7 @@ def by_hand() -> type[MirroredByHand]:
 def go2_model() -> mujoco.MjModel:
     """The compiled model. Not to be changed: make another with rl.physics.model.build_model for that."""
     from rl.physics.model import build_model
-    from symdyn.robot.definition import GO2
+    from tests.robots import GO2
 
     return build_model(GO2)
 

@@ -21,6 +21,8 @@ from hardware.logs.markdown import segment_rows, struck
 from symdyn.errors import InvalidValue
 from symdyn.io.console import log_to, make_console
 from symdyn.io.files import writable_directory
+from symdyn.io.options import RobotOption
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _COLUMNS = {
     "gc_stance": "GC stance",
@@ -42,12 +44,14 @@ class AnalyzeArguments:
 
     Attributes:
         log: the file.
+        robot: name or robot file of the robot; the log's if left out.
         out: directory of the results; the log's name under out/ if left out.
         contact: when a foot bears load; only for logs without ticks of symdyn deploy, which say it themselves.
         settle: seconds at the beginning of each gait and velocity that count for the settling time only; 0 counts all.
     """
 
     log: Annotated[Path, tyro.conf.Positional]
+    robot: RobotOption = None
     out: Path | None = None
     settle: float = 1.0
     contact: ContactConfig = field(default_factory=ContactConfig)
@@ -65,8 +69,10 @@ def run(arguments: Sequence[str]) -> int:
     with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
         task = progress.add_task("reading", total=None)
         log = read_contents(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+    its = DEFAULT_ROBOT if log.session is None else log.session.robot
+    robot = get_robot(args.robot or its)
     writable_directory(out)
-    analysis = log_report.analyse(log, args.settle, args.contact)
+    analysis = log_report.analyse(log, robot, args.settle, args.contact)
     written = log_report.write(analysis, out)
     _show(console, analysis.metrics)
     console.print(f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")

@@ -23,18 +23,21 @@ from hardware.running.status import Controls
 from hardware.wire.link import DEFAULT_URL
 from hardware.wire.readings import BUTTONS
 from symdyn.io.console import log_to, make_console
+from symdyn.io.options import RobotOption
 from symdyn.policy.file import Policy
+from symdyn.robot.robot_file import get_robot
 
 
 @dataclass(frozen=True)
 class DeployArguments:
-    """Run a policy on a Go2 over LCM: 200 checks and targets a second, 50 actions.
+    """Run a policy on a robot over LCM: 200 checks and targets a second, 50 actions.
 
     The robot (or symdyn robot-sim) is behind the bridge of walk-these-ways-go2, or one that speaks as it does. Read
     docs/robot.md before the first run; hang the robot up for that.
 
     Attributes:
         policy: file made by symdyn export.
+        robot: name or robot file of the robot; the policy's if left out.
         url: of LCM. ttl=0 stays on this computer; with a bridge on another one, ttl=1. LCM_DEFAULT_URL if not given.
         log: event log to write, for symdyn analyze and symdyn replay.
         dry_run: compute and log, but send nothing to the robot.
@@ -46,6 +49,7 @@ class DeployArguments:
     """
 
     policy: Annotated[Path, tyro.conf.Positional]
+    robot: RobotOption = None
     url: str | None = None
     log: Path | None = None
     dry_run: bool = False
@@ -74,7 +78,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     log_to(console)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
-    policy = Policy.load(args.policy)
+    policy = Policy.load(args.policy, None if args.robot is None else get_robot(args.robot))
     settings = args.settings
     if args.feet is not None:
         thresholds = FootCalibration.load(args.feet).thresholds

@@ -16,7 +16,9 @@ from hardware.running.session import Session
 from hardware.wire.event_log import LogReader
 from symdyn.errors import FileProblem
 from symdyn.io.console import make_console
+from symdyn.io.options import RobotOption
 from symdyn.io.origin import commit
+from symdyn.robot.robot_file import get_robot
 
 DIFFERENT = 1
 """Exit code if anything came out otherwise."""
@@ -33,10 +35,12 @@ class ReplayArguments:
     Attributes:
         log: the file.
         policy: the policy file that it was made with; where the log says that it was if left out.
+        robot: name or robot file of the robot; the policy's if left out.
     """
 
     log: Annotated[Path, tyro.conf.Positional]
     policy: Annotated[Path | None, tyro.conf.Positional] = None
+    robot: RobotOption = None
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -45,7 +49,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     reader = LogReader(args.log)
     session = session_of(reader)
-    policy = policy_of(session, args.policy, args.log)
+    policy = policy_of(session, args.policy, args.log, None if args.robot is None else get_robot(args.robot))
     columns = TextColumn("replaying"), BarColumn(), TimeRemainingColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("replaying", total=None)

@@ -33,7 +33,7 @@ from symdyn.errors import InvalidValue
 from symdyn.gait.library import Gait
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
-from symdyn.robot.definition import get_robot
+from symdyn.policy.observation import Sensed
 
 _log = logging.getLogger(__name__)
 
@@ -141,17 +141,17 @@ class Controller:
     Raises:
         InvalidValue: if a button's gait is of no class that the policy was trained on, or the policy's control step is
             no multiple of a tick.
-        UnknownName, FileProblem, ResourceProblem: if the policy's robot or its URDF is missing.
+        PolicyMismatch: if the policy observes what the messages do not tell.
+        FileProblem, ResourceProblem: if the robot's URDF is missing.
     """
 
     def __init__(self, policy: Policy, settings: Settings, dry: bool = False) -> None:
         check_gaits(settings.joystick, policy)
         meta = policy.metadata
         self.policy, self.settings, self._dry = policy, settings, dry
-        robot = get_robot(meta.robot)
-        kinematics = LegKinematics(robot)
+        kinematics = LegKinematics(policy.robot)
         self._kinematics = kinematics
-        self.limits = JointLimits.of(robot)
+        self.limits = JointLimits.of(policy.robot)
         self.mass = kinematics.mass
         self._gaits = settings.joystick.gaits()
         self._stance = np.array(meta.default_joint_pos)
@@ -287,7 +287,7 @@ class Controller:
         self._ticks_in_run += 1
         if acts:
             try:
-                wanted = driver.act(imu.gravity_b[None], joints.pos[None], joints.vel[None])[0]
+                wanted = driver.act(_sensed(joints, imu))[0]
             except Exception as error:  # onnxruntime's errors have no base class of their own
                 self._enter(State.DAMP, Fault("policy_failed", f"{type(error).__name__}: {error}"))
                 return self._run_gains, True
@@ -336,6 +336,11 @@ class Controller:
             estimate=estimate,
             state_age=float(max(arrivals)),
         )
+
+
+def _sensed(joints: Joints, imu: Imu) -> Sensed:
+    """What the messages tell of one robot: every sensor that an observation can need."""
+    return Sensed(imu.gravity_b[None], joints.pos[None], joints.vel[None], imu.angular_velocity_b[None])
 
 
 def policy_ticks(control_dt: float) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hardware.wire.readings import Floats
-from symdyn.policy.file import COMMANDS, PolicyMetadata
+from symdyn.policy.metadata import COMMANDS, PolicyMetadata
 
 USUAL_RATE = 1.0
 """m/s^2 or rad/s^2, where the policy's training does not say how often its commands change."""

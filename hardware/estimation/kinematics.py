@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from symdyn.errors import FileProblem
 from symdyn.robot.definition import Robot
-from symdyn.robot.descriptions import robots_folder, urdf_path
+from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import LEG_JOINTS, LEGS
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ def rotation(quat_w: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class JointLimits:
-    """What the URDF allows each joint, in the order of symdyn.robot.legs.JOINTS.
+    """What the URDF, or in its place the robot file, allows each joint, in the order of symdyn.robot.legs.JOINTS.
 
     Attributes:
         lower: (12,) lowest position, rad.
@@ -55,7 +55,7 @@ class JointLimits:
 
     @classmethod
     def of(cls, robot: Robot) -> JointLimits:
-        """The limits in the robot's URDF.
+        """The limits of a robot.
 
         Raises:
             FileProblem: if the URDF is missing, cannot be read or lacks a joint.
@@ -63,12 +63,15 @@ class JointLimits:
         """
         model = _load(robot)
         index = _joint_indices(model, robot)
-        return cls(
-            lower=model.lowerPositionLimit[index],
-            upper=model.upperPositionLimit[index],
-            velocity=model.velocityLimit[index],
-            torque=model.effortLimit[index],
-        )
+        lower, upper = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+        velocity, torque = model.velocityLimit[index], model.effortLimit[index]
+        for i, joint in enumerate(robot.joint_names):
+            given = robot.limit(joint)
+            if given.position is not None:
+                lower[i], upper[i] = given.position
+            velocity[i] = given.velocity or velocity[i]
+            torque[i] = given.torque or torque[i]
+        return cls(lower, upper, velocity, torque)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,10 +162,12 @@ def _joint_indices(model: pinocchio.Model, robot: Robot) -> NDArray[np.intp]:
 def _reflected_inertia(model: pinocchio.Model, robot: Robot, joints: NDArray[np.intp]) -> Floats:
     # Motors are alike, so that gear ratios are as torque limits. The URDF has each rotor as a link beside the driven
     # one; Pinocchio gives its inertia to the fixed joint above it. A disc's is largest about the axis that it spins on.
-    torque = model.effortLimit[joints]
+    reflected = np.zeros(model.nv)
+    if robot.gear_ratio is None:
+        return reflected
+    torque = JointLimits.of(robot).torque
     gear = robot.gear_ratio * torque / torque.min()
     rotors = [_link(model, robot, name.removesuffix("_joint") + "_rotor") for name in robot.joint_names]
-    reflected = np.zeros(model.nv)
     inertias = [model.frames[model.frames[rotor].parentFrame].inertia.inertia for rotor in rotors]
     reflected[joints] = np.array([inertia.diagonal().max() for inertia in inertias]) * gear**2
     return reflected
@@ -176,10 +181,10 @@ def _link(model: pinocchio.Model, robot: Robot, link: str) -> int:
 
 def _foot_spheres(model: pinocchio.Model, robot: Robot, feet: list[int]) -> tuple[list[Floats], Floats]:
     # centres in the feet's frames, and radii
-    path, packages = urdf_path(robot), robots_folder().parent.parent
+    path = urdf_path(robot)
     try:
         geometry = pinocchio.buildGeomFromUrdf(
-            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=[str(packages)]
+            model, str(path), pinocchio.GeometryType.COLLISION, package_dirs=[str(folder) for folder in path.parents]
         )
     except (ValueError, RuntimeError) as error:
         raise FileProblem(path, f"has a collision mesh that cannot be read ({error}).") from error

@@ -27,6 +27,7 @@ from hardware.wire.messages import controller_tick_lcmt
 from hardware.wire.readings import Targets
 from symdyn.errors import FileProblem, PolicyMismatch
 from symdyn.policy.file import Policy
+from symdyn.robot.definition import Robot
 
 _CLOCK = ("tick", "targets_number", "compute", "overruns")
 """Of a tick's fields those that tell of the deployer's clock and count, not of what the controller decided."""
@@ -96,13 +97,14 @@ def session_of(reader: LogReader) -> Session:
         raise FileProblem(reader.path, f"cannot be replayed. {error}") from error
 
 
-def policy_of(session: Session, path: Path | None, origin: Path) -> Policy:
+def policy_of(session: Session, path: Path | None, origin: Path, robot: Robot | None = None) -> Policy:
     """The policy that a log was made with.
 
     Args:
         session: of the log.
         path: of the file; where the log says that it was if None.
         origin: the log, for errors.
+        robot: that it ran on; if None, the one that comes with symdyn under the name in the policy file.
 
     Raises:
         PolicyMismatch: if the file has another content than the one that the log was made with.
@@ -115,7 +117,7 @@ def policy_of(session: Session, path: Path | None, origin: Path) -> Policy:
             f"{path}: is another policy than the one that {origin.name} was made with, {session.policy}: SHA-256 "
             f"{found[:12]}..., not {session.policy_sha256[:12]}...."
         )
-    return Policy.load(path)
+    return Policy.load(path, robot)
 
 
 def replay(

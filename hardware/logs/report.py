@@ -22,9 +22,10 @@ from hardware.logs.metrics import Segment
 from hardware.logs.observed import Observed
 from hardware.logs.recording import LONGEST_HOLD_S, Run, runs
 from hardware.wire.channels import TICK
+from symdyn.errors import FileProblem
 from symdyn.figures.plots import metric_bars, save
 from symdyn.io.files import jsonable, write_json, write_text
-from symdyn.robot.definition import GO2
+from symdyn.robot.definition import Robot
 
 METRICS, REPORT = "metrics.json", "report.md"
 
@@ -45,18 +46,21 @@ class Analysis:
     figures: Mapping[str, tuple[Figure, str]]
 
 
-def analyse(log: LogContents, settle_s: float, contact: ContactConfig) -> Analysis:
+def analyse(log: LogContents, robot: Robot, settle_s: float, contact: ContactConfig) -> Analysis:
     """Judge a log.
 
     Args:
         log: of a session.
+        robot: that it is of.
         settle_s: what is left out at the beginning of every segment, s.
         contact: when a foot bears load; only for a log without ticks, which tell.
 
     Raises:
-        FileProblem, ResourceProblem: if the robot's URDF is missing.
+        FileProblem, ResourceProblem: if the log is of another robot, or the robot's URDF is missing.
     """
-    kinematics = LegKinematics(GO2)
+    if log.session is not None and log.session.robot != robot.name:
+        raise FileProblem(log.path, f"is of the robot {log.session.robot!r}, not of {robot.name!r}.")
+    kinematics = LegKinematics(robot)
     found = runs(log, kinematics.mass)
     observed = log_observed.observe(log, kinematics, contact) if log.ticks is None else None
     segments = [segment for run in found for segment in log_metrics.segments(run)]
@@ -81,7 +85,9 @@ def analyse(log: LogContents, settle_s: float, contact: ContactConfig) -> Analys
         "keys": {**log_metrics.KEYS, **({} if observed is None else log_observed.KEYS)},
     }
     figures = _figures(log, found, segments, metrics) if observed is None else _observed_figures(log, observed)
-    return Analysis(metrics, figures | _other_figures(log, metrics, true=any(run.truth is not None for run in found)))
+    return Analysis(
+        metrics, figures | _other_figures(log, robot, metrics, true=any(run.truth is not None for run in found))
+    )
 
 
 def write(analysis: Analysis, out: Path) -> Path:
@@ -152,13 +158,15 @@ def _observed_figures(log: LogContents, observed: Observed) -> dict[str, tuple[F
     }
 
 
-def _other_figures(log: LogContents, metrics: Mapping[str, Any], true: bool) -> dict[str, tuple[Figure, str]]:
+def _other_figures(
+    log: LogContents, robot: Robot, metrics: Mapping[str, Any], true: bool
+) -> dict[str, tuple[Figure, str]]:
     title = _title(metrics)
     drawn: dict[str, tuple[Figure, str]] = {}
     time, joints = log.sampled_joints()
     if joints:
         drawn["torques.png"] = (
-            log_figures.torques(time, joints, log.ticks, JointLimits.of(GO2), f"Torque: {title}"),
+            log_figures.torques(time, joints, log.ticks, JointLimits.of(robot), f"Torque: {title}"),
             "Torque of every joint as the motors estimate it, all states.",
         )
     moving = {

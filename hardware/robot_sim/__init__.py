@@ -1,1 +1,1 @@
-"""A Go2 in MuJoCo behind the protocol of the real one's bridge. Only this part of ``hardware`` imports mujoco."""
+"""A robot in MuJoCo behind the protocol of the real one's bridge. Only this part of ``hardware`` imports mujoco."""

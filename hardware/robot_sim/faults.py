@@ -17,10 +17,9 @@ from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS
 from hardware.wire.messages import pd_tau_targets_lcmt, rc_command_lcmt
 from hardware.wire.readings import BUTTONS, SHOULDERS, Targets
-from hardware.wire.sdk_order import SDK_JOINTS
+from hardware.wire.sdk_order import SDK_JOINTS, unitree_joint_name
 from symdyn.errors import UnknownName
 from symdyn.robot.legs import JOINTS as JOINT_NAMES
-from symdyn.robot.legs import unitree_joint_name
 
 FOREIGN_SENDER = 5
 """``robot_id`` of the targets that the second deployer sends."""
@@ -315,7 +314,8 @@ class _Slippery(Effect):
 
 class _Stuck(Effect):
     def begin(self):
-        self._dof = self.robot.model.joint(unitree_joint_name(_THIGH)).dofadr[0]
+        name = self.robot.robot.joint_names[JOINT_NAMES.index(_THIGH)]
+        self._dof = self.robot.model.joint(name).dofadr[0]
         self.robot.model.dof_damping[self._dof] += self.size
 
     def end(self):

@@ -19,7 +19,7 @@ from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, s
 from hardware.wire.readings import Joints
 from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.robot.definition import Robot
-from symdyn.robot.legs import JOINTS, LEGS, is_left
+from symdyn.robot.legs import JOINTS
 
 Floats = NDArray[np.float64]
 Start = Literal["lying", "standing", "hung"]
@@ -37,14 +37,11 @@ BRIDGE_TILT = 0.8
 CONTACT_FORCE = 1.0
 """N; a foot that bears more is in contact."""
 
-LYING_POSE = (0.02, 1.165, -2.72)
-"""rad; hip (outwards), thigh, calf of a Go2 on its belly: knees and feet on the floor, calves at their limit."""
+LYING_HEIGHT = 0.3
+"""Leg lengths above the floor at which a robot is put on its belly."""
 
-HANGING_POSE = (0.0, 0.9, -1.8)
-"""rad; in the harness, legs as somebody has put them."""
-
-HANGING_HEIGHT = 0.65
-"""m of the hook of the harness: straight legs end above the floor."""
+HANGING_HEIGHT = 1.625
+"""Leg lengths of the hook of the harness above the floor: straight legs end above it."""
 
 _SETTLING = 2.0  # s; longer than any start pose takes to come to rest
 _SETTLING_KD = 2.0  # N m s/rad
@@ -244,9 +241,8 @@ class SimulatedRobot:
 
     def _settle(self, start: Start) -> None:
         robot, qpos = self.robot, self.data.qpos
-        leg_pose = {"lying": LYING_POSE, "standing": robot.default_leg_pose, "hung": HANGING_POSE}[start]
-        pose = np.array([_outwards(leg, leg_pose) for leg in LEGS]).ravel()
-        qpos[self._pos] = (0.0, 0.0, {"lying": 0.12, "standing": robot.base_height, "hung": HANGING_HEIGHT}[start])
+        pose, height = _start_pose(robot, start)
+        qpos[self._pos] = (0.0, 0.0, height)
         qpos[self._joint_pos] = pose
         gains = {"lying": (0.0, _SETTLING_KD), "standing": (robot.kp, robot.kd), "hung": (BRIDGE_KP, BRIDGE_KD)}[start]
         self._drive(pose, *gains, 0.0, 0.0)
@@ -262,7 +258,7 @@ class SimulatedRobot:
         # a spring and a damper to the hook, and the same against turning
         if not self._hung:
             return np.zeros(6)
-        offset = np.array([0.0, 0.0, HANGING_HEIGHT]) - self.data.qpos[self._pos]
+        offset = np.array([0.0, 0.0, HANGING_HEIGHT * self.robot.leg_length]) - self.data.qpos[self._pos]
         force = _HARNESS_STIFFNESS * offset - _HARNESS_DAMPING * self.data.qvel[self._vel]
         w, v = self.data.qpos[self._quat][0], self.data.qpos[self._quat][1:]
         turn_w = -2.0 * _HARNESS_TURN_STIFFNESS * np.sign(w) * v
@@ -288,9 +284,15 @@ class SimulatedRobot:
         )
 
 
-def _outwards(leg: str, pose: tuple[float, float, float]) -> tuple[float, float, float]:
-    hip, thigh, calf = pose
-    return (hip if is_left(leg) else -hip, thigh, calf)
+def _start_pose(robot: Robot, start: Start) -> tuple[Floats, float]:
+    """Joint positions, (12,) rad, and height of the trunk, m, at the start."""
+    legs = robot.legs.in_order()
+    if start == "hung":
+        return np.array([leg.hanging or leg.stance for leg in legs]).ravel(), HANGING_HEIGHT * robot.leg_length
+    lying = [leg.lying for leg in legs]
+    if start == "lying" and None not in lying:
+        return np.array(lying).ravel(), LYING_HEIGHT * robot.leg_length
+    return robot.default_joint_pos, robot.base_height
 
 
 def _wire(values: Floats, order: list[int] | None = None) -> list[float]:

@@ -92,7 +92,13 @@ class Deployer:
             options.url, [c for c in channels if not (keyboard and c == JOYSTICK)], on_message=self._on_message
         )
         session = Session(
-            str(policy_path), sha256(policy_path), settings, options.dry, self.sender, commit(Path(__file__).parent)
+            policy=str(policy_path),
+            policy_sha256=sha256(policy_path),
+            settings=settings,
+            dry=options.dry,
+            sender=self.sender,
+            commit=commit(Path(__file__).parent),
+            robot=policy.robot.name,
         )
         self._writer = None if options.log is None else LogWriter(options.log)
         if self._writer is not None:

@@ -12,6 +12,7 @@ from hardware.control.settings import Settings
 from hardware.wire.messages import session_info_lcmt
 from symdyn.errors import FileProblem
 from symdyn.io.settings_data import plain, rebuild
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 FORMAT_VERSION = 1
 
@@ -27,6 +28,7 @@ class Session:
         dry: whether nothing was sent.
         sender: who sent the targets: the wire's ``robot_id``.
         commit: of symdyn.
+        robot: its name; logs from before they said so are of the default robot.
     """
 
     policy: str
@@ -35,6 +37,7 @@ class Session:
     dry: bool
     sender: int
     commit: str
+    robot: str = DEFAULT_ROBOT
 
     def message(self) -> session_info_lcmt:
         """For the log."""

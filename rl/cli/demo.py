@@ -13,8 +13,9 @@ from pathlib import Path  # noqa: E402
 import tyro  # noqa: E402
 
 from rl.cli.evaluate import judge  # noqa: E402
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.options import RobotOption  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -23,9 +24,11 @@ class DemoArguments:
     report.md with figures (desired and realised footfalls, velocity tracking, cost of transport) in about a minute.
 
     Attributes:
+        robot: name or robot file of the robot whose policy is judged; the default robot's if left out.
         out: directory of the report.
     """
 
+    robot: RobotOption = None
     out: Path = Path("out/demo")
 
 
@@ -34,11 +37,11 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(DemoArguments, args=list(arguments), prog="symdyn demo")
     console = make_console()
     log_to(console)
-    path = policy_path()
+    path, policy = load_policy(None, args.robot)
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
-    written = judge(path, "quick", args.out, console)
+    written = judge(policy, path, "quick", args.out, console)
     console.print(f"Wrote {written}; open it. Next:")
-    console.print("  symdyn record --out out/demo/go2.mp4   # see it run")
+    console.print("  symdyn record --out out/demo/film.mp4   # see it run")
     console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")
     console.print("  symdyn train                           # your own policy")
     return 0

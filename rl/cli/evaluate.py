@@ -19,9 +19,10 @@ from rl.judging import protocols, report  # noqa: E402
 from rl.judging.evaluate import evaluate  # noqa: E402
 from rl.judging.sweep import SweepConfig, sweep  # noqa: E402
 from rl.learning import run_log  # noqa: E402
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
+from symdyn.io.options import RobotOption  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
 
@@ -35,6 +36,7 @@ class EvaluateArguments:
 
     Attributes:
         policy: the file; the one that comes with symdyn if left out.
+        robot: name or robot file of the robot; the policy's if left out.
         suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
         out: directory of the results; the policy's name under out/ if left out.
         sweep_timing: write timing_sweep.csv and timing_sweep.json instead of running a suite.
@@ -42,6 +44,7 @@ class EvaluateArguments:
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None
+    robot: RobotOption = None
     suite: str = "quick"
     out: Path | None = None
     sweep_timing: bool = False
@@ -53,34 +56,30 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(EvaluateArguments, args=list(arguments), prog="symdyn evaluate")
     console = make_console()
     log_to(console)
-    policy = args.policy or policy_path()
-    out = args.out or Path("out") / policy.stem
+    path, policy = load_policy(args.policy, args.robot)
+    out = args.out or Path("out") / path.stem
     if args.sweep_timing:
-        table = sweep_timing(policy, args.sweep, out, console)
+        table = sweep_timing(policy, path, args.sweep, out, console)
         console.print(f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
         console.print(f"  symdyn fit-curves --trials {table.with_suffix('.json')}")
         return 0
-    written = judge(policy, args.suite, out, console)
+    written = judge(policy, path, args.suite, out, console)
     console.print(f"Wrote {written}, with metrics.json and figures beside it.")
     return 0
 
 
-def judge(policy_path: Path, suite_name: str, out: Path, console: Console, remark: str = "") -> Path:
+def judge(policy: Policy, path: Path, suite_name: str, out: Path, console: Console, remark: str = "") -> Path:
     """Evaluate and write everything, with a progress bar; the report's path. Raises SymdynError."""
     suite = protocols.suite(suite_name)
-    policy = Policy.load(policy_path)
     writable_directory(out)
     with Progress(console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(f"suite {suite.name}", total=None)
-        found = evaluate(
-            policy, policy_path, suite, lambda done, total: progress.update(task, completed=done, total=total)
-        )
-    return report.write(found, out, run_log.read(policy_path.parent), remark)
+        found = evaluate(policy, path, suite, lambda done, total: progress.update(task, completed=done, total=total))
+    return report.write(found, out, run_log.read(path.parent), remark)
 
 
-def sweep_timing(policy_path: Path, config: SweepConfig, out: Path, console: Console) -> Path:
+def sweep_timing(policy: Policy, path: Path, config: SweepConfig, out: Path, console: Console) -> Path:
     """Run a timing sweep with a progress bar; the CSV table's path. Raises SymdynError."""
-    policy = Policy.load(policy_path)
     with Progress(console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(f"{len(config.cells)} timings", total=config.trials)
-        return sweep(policy, policy_path, config, out, lambda done, total: progress.update(task, completed=done))
+        return sweep(policy, path, config, out, lambda done, total: progress.update(task, completed=done))

@@ -19,11 +19,11 @@ from rich.progress import Progress  # noqa: E402
 from rl.experiments import ablation, learning, report  # noqa: E402
 from rl.experiments.catalogue import EXPERIMENTS, chosen  # noqa: E402
 from rl.experiments.result import Result, Subject  # noqa: E402
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import FileProblem, InvalidValue  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
-from symdyn.policy.file import Policy  # noqa: E402
+from symdyn.io.options import RobotOption  # noqa: E402
 
 FIRST_SEED = 1000
 """Far from the seeds that anything else uses: the evaluation that chose a checkpoint is not the one reported here."""
@@ -40,6 +40,7 @@ class ExperimentArguments:
     Attributes:
         names: experiments to run.
         policy: the policy file; the one that comes with symdyn if left out.
+        robot: name or robot file of the robot; the policy's if left out.
         out: directory of the results; OUT/NAME holds those of one experiment.
         seeds: how many initial stride phases; five is what docs/results.md has, one gives a first look.
         ablations: directory of the policies of the ablation, VARIANT-SEED/policy.onnx.
@@ -48,6 +49,7 @@ class ExperimentArguments:
 
     names: Annotated[tuple[str, ...], tyro.conf.Positional]
     policy: Path | None = None
+    robot: RobotOption = None
     out: Path = Path("out/experiments")
     seeds: int = 5
     ablations: Path = Path("runs/ablation")
@@ -64,9 +66,9 @@ def run(arguments: Sequence[str]) -> int:
         raise InvalidValue("--seeds", args.seeds, "a whole number > 0")
     console = make_console()
     log_to(console)
-    path = args.policy or policy_path()
+    path, policy = load_policy(args.policy, args.robot)
     subject = Subject(
-        policy=Policy.load(path),
+        policy=policy,
         path=path,
         seeds=tuple(range(FIRST_SEED, FIRST_SEED + args.seeds)),
         runs=args.ablations,

@@ -16,15 +16,16 @@ import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from rl.judging.protocols import GAIT_SEQUENCE, GAIT_SPEED  # noqa: E402
-from rl.judging.simulate import Episode, Script, Segment, robot_of  # noqa: E402
+from rl.judging.simulate import Episode, Script, Segment  # noqa: E402
 from rl.judging.simulate import run as simulate  # noqa: E402
 from rl.pictures import headless_gl  # noqa: E402  # before what imports MuJoCo
 from rl.pictures.film import FilmConfig, frames  # noqa: E402
-from rl.pretrained import policy_path  # noqa: E402
+from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.figures.video import check_format, write_video  # noqa: E402
 from symdyn.gait.library import get  # noqa: E402
 from symdyn.io.console import frames_progress, log_to, make_console  # noqa: E402
+from symdyn.io.options import RobotOption  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
 _GIF_BYTES = 2**30
@@ -40,19 +41,21 @@ class RecordArguments:
 
     Attributes:
         policy: the file; the policy that comes with symdyn if left out.
+        robot: name or robot file of the robot; the policy's if left out.
         gaits: one after the other.
         speeds: forward speeds, m/s: one for each gait, or one for all. One gait can also have several speeds.
         seconds: of running for each.
-        out: the file; its suffix, .mp4 or .gif, is the format. MP4 needs imageio-ffmpeg.
+        out: the file; its suffix, .mp4 or .gif, is the format. MP4 needs imageio-ffmpeg. out/ROBOT.mp4 if left out.
         film: how it is shown.
         seed: decides the initial stride phase.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None
+    robot: RobotOption = None
     gaits: tuple[str, ...] = GAIT_SEQUENCE
     speeds: tuple[float, ...] = (GAIT_SPEED,)
     seconds: float = 2.0
-    out: Path = Path("out/go2.mp4")
+    out: Path | None = None
     film: Annotated[FilmConfig, tyro.conf.arg(name="")] = field(default_factory=FilmConfig)
     seed: int = 0
 
@@ -85,19 +88,21 @@ def run(arguments: Sequence[str]) -> int:
     """The command. Raises SymdynError for bad input."""
     args = tyro.cli(RecordArguments, args=list(arguments), prog="symdyn record")
     script = args.script()
-    check_format(args.out)
-    _check_memory(args.out, args.film, script.duration)
-    path = args.policy or policy_path()
-    policy = Policy.load(path)
+    if args.out is not None:
+        check_format(args.out)
+    path, policy = load_policy(args.policy, args.robot)
+    out = args.out or Path("out") / f"{policy.robot.name}.mp4"
+    check_format(out)
+    _check_memory(out, args.film, script.duration)
     console = make_console()
     log_to(console)
     headless_gl.use_working_backend()
     (episode,) = simulate(policy, [script])
-    _write(policy, episode, args, console)
+    _write(policy, episode, args.film, out, console)
     ran = len(episode.recording.time) * episode.recording.dt
     plays = args.film.frames_of(ran) / args.film.fps
     fell = "" if episode.fell_at is None else f" The robot fell after {episode.fell_at:.2f} s: there it ends."
-    console.print(f"Wrote {args.out}: {ran:.4g} s of running, plays {plays:.4g} s.{fell} Next:")
+    console.print(f"Wrote {out}: {ran:.4g} s of running, plays {plays:.4g} s.{fell} Next:")
     console.print(f"  symdyn evaluate {path}")
     return 0
 
@@ -111,13 +116,13 @@ def _check_memory(out: Path, film: FilmConfig, seconds: float) -> None:
         )
 
 
-def _write(policy: Policy, episode: Episode, args: RecordArguments, console: Console) -> None:
+def _write(policy: Policy, episode: Episode, film: FilmConfig, out: Path, console: Console) -> None:
     with frames_progress(console) as progress:
-        task = progress.add_task(f"Drawing {args.out.name}", total=None)
+        task = progress.add_task(f"Drawing {out.name}", total=None)
         pictures = frames(
             episode,
-            robot_of(policy),
-            args.film,
+            policy.robot,
+            film,
             lambda done, total: progress.update(task, completed=done, total=total),
         )
-        write_video(args.out, pictures, args.film.fps)
+        write_video(out, pictures, film.fps)

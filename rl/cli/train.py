@@ -1,4 +1,4 @@
-"""``symdyn train``: PPO on the Go2, resumable at every checkpoint."""
+"""``symdyn train``: PPO, resumable at every checkpoint."""
 
 from __future__ import annotations
 
@@ -108,7 +108,8 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
     start(trainer, started_from)
     samples = config.iterations * trainer.samples_per_iteration
     console.print(
-        f"Training {directory} (preset {config.preset}): {config.num_envs} robots, {config.iterations} updates, "
+        f"Training {directory} (preset {config.preset}, {trainer.robot.name}): {config.num_envs} robots, "
+        f"{config.iterations} updates, "
         f"{samples / 1e6:.3g} million samples. Curves: tensorboard --logdir {directory}"
     )
     with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
@@ -124,11 +125,15 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
 
 
 def start(trainer: Trainer, started_from: dict[str, Any] | None = None) -> None:
-    """Write settings, timing and origin of a run before it runs; ``started_from`` as :meth:`Trainer.start_from` has it.
+    """Write settings, robot, timing and origin of a run before it runs.
+
+    Args:
+        trainer: of the run.
+        started_from: as :meth:`Trainer.start_from` has it.
 
     Raises:
         FileProblem: if they cannot be written.
     """
     origin = {"commit": commit()} | ({} if started_from is None else {run_dir.STARTED_FROM: started_from})
-    run_dir.begin(trainer.run, trainer.env.timing, origin)
+    run_dir.begin(trainer.run, trainer.robot, trainer.env.timing, origin)
     config_file.save(trainer.config, trainer.run / run_dir.CONFIG)

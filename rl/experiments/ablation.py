@@ -64,7 +64,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
     samples, done = {}, 0
     for variant, by_seed in files.items():
         for seed, path in by_seed.items():
-            policy = Policy.load(path)
+            policy = Policy.load(path, subject.policy.robot)
             samples[f"{variant}-{seed}"] = policy.metadata.training.get("samples")
             its = replace(subject, policy=policy, watch=lambda n, _, before=done: subject.watch(before + n, total))
             episodes = its.simulate(scripts)

@@ -68,7 +68,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
 
 def _judged(subject: Subject, training_run: Path, file: Path, scripts: dict) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
-        policy = Policy.load(export_policy(training_run, Path(folder) / "policy.onnx", (file,)))
+        policy = Policy.load(export_policy(training_run, Path(folder) / "policy.onnx", (file,)), subject.policy.robot)
     its = replace(subject, policy=policy, watch=lambda done, total: None)
     found = [
         summaries.constant(gait, episodes, its.time_reversal) for (gait, _), episodes in its.simulate(scripts).items()

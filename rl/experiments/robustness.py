@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
 from rl.judging.protocols import random_scripts
-from rl.judging.simulate import robot_of
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.randomization import NOMINAL, RandomizationConfig
@@ -114,7 +113,7 @@ def _describe(episode) -> dict:
 def _fell(subject: Subject, world: World, robots: int, seconds: float, watch) -> NDArray[np.bool_]:
     """Which of the robots fell at least once in their first episode, (robots,)."""
     policy = subject.policy
-    robot = robot_of(policy)
+    robot = policy.robot
     physics = BatchPhysics(build_model(robot), robot, robots)
     config = EnvConfig(
         episode_s=2.0 * seconds,  # no robot is put back before the end
@@ -128,7 +127,7 @@ def _fell(subject: Subject, world: World, robots: int, seconds: float, watch) ->
         randomization=world.randomization,
         reset=ResetConfig(),
     )
-    env = GaitEnv(config, physics, policy.timing, seed=subject.seeds[0], robot=robot)
+    env = GaitEnv(config, physics, policy.timing, robot, seed=subject.seeds[0], layout=policy.metadata.observation)
     fell = np.zeros(robots, dtype=np.bool_)
     obs = env.get_observations()["policy"]
     for step in range(round(seconds / robot.control_dt)):

@@ -7,7 +7,7 @@ training calls.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import TypeVar
 
@@ -26,7 +26,8 @@ from symdyn.gait.library import Gait
 from symdyn.gait.timing import GRAVITY
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
-from symdyn.robot.definition import Robot, get_robot
+from symdyn.policy.observation import Sensed
+from symdyn.robot.definition import Robot
 from symdyn.robot.frames import projected_gravity
 
 CONTACT_FORCE = 1.0
@@ -87,23 +88,6 @@ class Episode:
     script: Script
     recording: Recording
     fell_at: float | None
-
-
-def robot_of(policy: Policy) -> Robot:
-    """The robot that a policy file drives, with the gains and rates that the file asks for.
-
-    Raises:
-        UnknownName: if there is no such robot.
-    """
-    meta = policy.metadata
-    return replace(
-        get_robot(meta.robot),
-        action_scale=meta.action_scale,
-        kp=meta.kp,
-        kd=meta.kd,
-        control_dt=meta.control_dt,
-        leg_length=meta.leg_length,
-    )
 
 
 def run(
@@ -174,10 +158,10 @@ class _Commands:
 
 
 def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None) -> list[Episode]:
-    robot = robot_of(policy)
+    robot = policy.robot
     n = len(scripts)
     physics = BatchPhysics(build_model(robot, terrain), robot, n)
-    physics.reset(np.arange(n), _standing(scripts, robot, terrain))
+    physics.reset(np.arange(n), standing(scripts, robot, terrain))
     driver = PolicyDriver(policy, [np.random.default_rng(script.seed).random() for script in scripts])
     commands = _Commands(scripts, driver)
     steps = round(max(script.duration for script in scripts) / robot.control_dt)
@@ -189,15 +173,13 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
     for step in range(steps):
         time = step * robot.control_dt
         commands.at(time)
-        # a robot that fell may be anywhere; its recording has ended, and it must not spoil the others' batch
-        seen = (projected_gravity(_numpy(state.base_quat_w)), _numpy(state.joint_pos), _numpy(state.joint_vel))
-        targets = driver.act(*(np.nan_to_num(array) for array in seen))
+        targets = driver.act(sensed(state))
         physics.set_targets(np.where(np.isfinite(fell_at)[:, None], at_rest, targets))
         for _ in range(physics.substeps):
             physics.substep()
             driver.advance(robot.control_dt / physics.substeps)
             state = physics.read()
-            samples.append(_sample(state, driver))
+            samples.append(sample(state, driver))
         ground = 0.0 if terrain is None else terrain.height(np.nan_to_num(_numpy(state.base_pos_w)[:, :2]))
         down = (fallen(state, limits, torch.as_tensor(ground)) | ~state.finite()).numpy() & np.isinf(fell_at)
         fell_at[down] = time + robot.control_dt
@@ -213,7 +195,8 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
     return episodes
 
 
-def _standing(scripts: Sequence[Script], robot: Robot, terrain: Terrain | None) -> Pose:
+def standing(scripts: Sequence[Script], robot: Robot, terrain: Terrain | None) -> Pose:
+    """Where the robots of these scripts begin: in their nominal stance on the ground."""
     n = len(scripts)
     planar, half = np.array([s.position for s in scripts]), np.array([s.heading for s in scripts]) / 2.0
     ground = np.zeros(n) if terrain is None else terrain.highest_near(planar, robot.leg_length)
@@ -226,7 +209,15 @@ def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:
     return tensor.double().numpy()
 
 
-def _sample(state: RobotState, driver: PolicyDriver) -> dict[str, NDArray]:
+def sensed(state: RobotState) -> Sensed:
+    """What the sensors of simulated robots say. Numbers that are not finite, of a robot that diverged, become zero."""
+    gravity_b = projected_gravity(_numpy(state.base_quat_w))
+    told = (gravity_b, _numpy(state.joint_pos), _numpy(state.joint_vel), _numpy(state.base_ang_vel_b))
+    return Sensed(*(np.nan_to_num(array) for array in told))
+
+
+def sample(state: RobotState, driver: PolicyDriver) -> dict[str, NDArray]:
+    """One sample of a recording of n robots: the fields of :class:`symdyn.analysis.recording.Recording`, (n, ...)."""
     timing = driver.timing()
     return {
         "velocity_command": driver.velocity.copy(),

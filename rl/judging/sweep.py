@@ -164,6 +164,7 @@ def _number(value: float | None) -> float | None:
 def _settings(policy: Policy, path: Path, config: SweepConfig) -> dict[str, Any]:
     """What decides the table, as JSON holds it."""
     return {
+        "robot": policy.robot.name,
         "policy": str(path),
         "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "policy_samples": policy.metadata.training.get("samples"),

@@ -55,6 +55,17 @@ def load(path: Path) -> dict[str, Any]:
     return content
 
 
+def check_robot(content: dict[str, Any], robot: str, origin: object) -> None:
+    """Check that a checkpoint is of a robot of that name; one from before checkpoints said so is of any.
+
+    Raises:
+        FileProblem: if it is of another.
+    """
+    its = content.get("robot", robot)
+    if its != robot:
+        raise FileProblem(origin, f"holds a checkpoint of the robot {its!r}, not of {robot!r}.")
+
+
 def load_newest(run: Path) -> dict[str, Any]:
     """The newest checkpoint that can be read.
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+import tyro
+
+from rl.physics.engine import EngineConfig
 from rl.physics.randomization import RandomizationConfig
 from rl.task.commands import CommandConfig
 from rl.task.curriculum import RewardCurriculum
 from rl.task.env import EnvConfig, ResetConfig
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 PresetName = Literal["cpu", "polish", "sharpen", "harden", "paper", "smoke"]
 
@@ -89,6 +93,7 @@ class TrainConfig:
 
     Attributes:
         preset: where the defaults of this configuration came from.
+        robot: name of the robot, or its robot file (symdyn robots lists the names).
         iterations: updates in total, those before a resume included.
         num_envs: robots simulated in parallel.
         seed: of everything random.
@@ -96,11 +101,13 @@ class TrainConfig:
         timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
+        engine: settings of the physics that is learned in.
         env: the task.
         ppo: the learner.
     """
 
     preset: PresetName = "paper"
+    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     iterations: int = 50_000
     num_envs: int = 2048
     seed: int = 0
@@ -108,6 +115,7 @@ class TrainConfig:
     timing: Path | None = None
     checkpoint_every: int = 25
     keep_every: int = 500
+    engine: EngineConfig = field(default_factory=EngineConfig)
     env: EnvConfig = field(default_factory=EnvConfig)
     ppo: PPOConfig = field(default_factory=PPOConfig)
 

@@ -27,9 +27,7 @@ from torch.distributions import Normal
 from rl.task.privileged import PRIVILEGED
 from symdyn.errors import InvalidValue
 from symdyn.gait.symmetry import G_S
-from symdyn.policy.observation import OBSERVATION
-
-_LAYOUTS = {"policy": OBSERVATION, "privileged": PRIVILEGED}
+from symdyn.policy.layout import Layout
 
 Mirror = tuple[NDArray[np.int64], NDArray[np.float64]]
 """(index, sign): the mirror image of x is ``sign * x[..., index]``; applied twice it changes nothing."""
@@ -40,11 +38,17 @@ def mirror_of_actions() -> Mirror:
     return np.array(G_S.joint_index), G_S.joint_signs
 
 
-def mirror_of_groups(groups: Sequence[str]) -> Mirror:
-    """Mirror map of observation groups laid end to end."""
+def mirror_of_groups(groups: Sequence[str], observation: Layout) -> Mirror:
+    """Mirror map of observation groups laid end to end.
+
+    Args:
+        groups: of ``policy`` and ``privileged``.
+        observation: layout of the group ``policy``.
+    """
+    layouts = {"policy": observation, "privileged": PRIVILEGED}
     indices, signs, start = [], [], 0
     for name in groups:
-        index, sign = _LAYOUTS[name].mirror(G_S)
+        index, sign = layouts[name].mirror(G_S)
         indices.append(start + index)
         signs.append(sign)
         start += len(index)
@@ -177,8 +181,15 @@ class EquivariantModel(MLPModel):
     """rsl_rl's model around an :class:`EquivariantMLP`: equivariant as an actor, invariant as a critic."""
 
     def __init__(
-        self, obs: TensorDict, obs_groups: dict[str, list[str]], obs_set: str, output_dim: int, **kwargs: Any
+        self,
+        obs: TensorDict,
+        obs_groups: dict[str, list[str]],
+        obs_set: str,
+        output_dim: int,
+        observation: Layout,
+        **kwargs: Any,
     ) -> None:
         super().__init__(obs, obs_groups, obs_set, output_dim, **kwargs)
         mirror_out = mirror_of_actions() if obs_set == "actor" else None
-        self.mlp = EquivariantMLP(mirror_of_groups(self.obs_groups), mirror_out, kwargs["hidden_dims"], output_dim)
+        mirror_in = mirror_of_groups(self.obs_groups, observation)
+        self.mlp = EquivariantMLP(mirror_in, mirror_out, kwargs["hidden_dims"], output_dim)

@@ -24,9 +24,10 @@ from symdyn.gait.timing import GRAVITY
 from symdyn.io.files import read_json, write_with
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import plain
-from symdyn.policy.file import INPUT, METADATA_KEY, OUTPUT, Policy, PolicyMetadata
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2, Robot
+from symdyn.policy.file import INPUT, METADATA_KEY, OUTPUT, Policy
+from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.observation import get_layout
+from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 
 OPSET = 18
@@ -55,21 +56,24 @@ def export_policy(run: Path, out: Path | None = None, checkpoints: Sequence[Path
     """
     config = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
     contents = {path: checkpoint.load(path) for path in checkpoints} or {run: checkpoint.load_newest(run)}
+    robot = run_dir.robot(run, config.robot)
+    for path, content in contents.items():
+        checkpoint.check_robot(content, robot.name, path)
     origin = run if len(contents) > 1 else next(iter(contents))
     actor = _mean([build_actor(content, config, path) for path, content in contents.items()])
-    metadata = describe(run, config, max(content["iteration"] for content in contents.values()))
+    metadata = describe(run, config, max(content["iteration"] for content in contents.values()), robot)
     out = out or run / run_dir.POLICY
 
     def write(temporary: Path) -> None:
         onnx.save(_to_onnx(actor, metadata), temporary)
-        _compare(Policy.load(temporary), actor, origin)
+        _compare(Policy.load(temporary, robot), actor, origin)
 
     write_with(out, write)
     return out
 
 
 def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) -> nn.Module:
-    """The actor's network, observations (N, 52) to mean actions (N, 12), from a checkpoint alone.
+    """The actor's network, observations (N, size) to mean actions (N, 12), from a checkpoint alone.
 
     Args:
         content: of the checkpoint.
@@ -86,10 +90,12 @@ def build_actor(content: dict[str, Any], config: TrainConfig, origin: object) ->
     for name in _ACTION_NOISE:
         state.pop(name, None)
     state = {name.removeprefix("mlp."): value for name, value in state.items()}
+    layout = get_layout(config.env.observation)
     if config.ppo.equivariant:
-        actor = EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), config.ppo.hidden, len(JOINTS))
+        mirror_in = mirror_of_groups(["policy"], layout)
+        actor = EquivariantMLP(mirror_in, mirror_of_actions(), config.ppo.hidden, len(JOINTS))
     else:
-        actor = MLP(OBSERVATION.size, len(JOINTS), config.ppo.hidden, "elu")
+        actor = MLP(layout.size, len(JOINTS), config.ppo.hidden, "elu")
     found, wanted = _shapes(state), _shapes(actor.state_dict())
     if found != wanted:
         raise FileProblem(
@@ -119,7 +125,7 @@ def _only_in(shapes: dict[str, str], others: dict[str, str]) -> str:
     return ", ".join(own) or "nothing more"
 
 
-def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2) -> PolicyMetadata:
+def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot) -> PolicyMetadata:
     """The metadata of a policy.
 
     Args:
@@ -144,9 +150,9 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot = GO2)
         control_dt=robot.control_dt,
         leg_length=robot.leg_length,
         gravity=GRAVITY,
-        observation=tuple(OBSERVATION.as_list()),
+        observation=get_layout(config.env.observation),
         gaits={name: get(name) for name in commands.gaits},
-        timing=run_dir.timing(run, config.timing),
+        timing=run_dir.timing(run, config.timing, robot),
         command_range={
             "velocity_x": commands.velocity_x,
             "velocity_y": commands.velocity_y,
@@ -167,7 +173,7 @@ def _to_onnx(actor: nn.Module, metadata: PolicyMetadata) -> onnx.ModelProto:
     with _quiet():
         program = torch.onnx.export(
             actor,
-            (torch.zeros(2, OBSERVATION.size),),  # two rows: one would be taken for a constant
+            (torch.zeros(2, metadata.observation.size),),  # two rows: one would be taken for a constant
             dynamo=True,
             opset_version=OPSET,
             external_data=False,
@@ -200,7 +206,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _compare(policy: Policy, actor: nn.Module, origin: object) -> None:
-    obs = torch.randn(_TESTED, OBSERVATION.size, generator=torch.Generator().manual_seed(0))
+    obs = torch.randn(_TESTED, policy.metadata.observation.size, generator=torch.Generator().manual_seed(0))
     with torch.inference_mode():
         wanted = actor(obs).numpy()
     found = policy.act(obs.numpy())

@@ -30,6 +30,7 @@ def make_ppo(config: PPOConfig, env: GaitEnv) -> PPO:
         "hidden_dims": list(config.hidden),
         "activation": "elu",
         "obs_normalization": False,
+        **({"observation": env.layout} if config.equivariant else {}),
     }
     gaussian = EquivariantGaussian if config.equivariant else GaussianDistribution
     noise = {"class_name": gaussian, "init_std": config.initial_std, "std_type": "log"}

@@ -10,9 +10,12 @@ from rl.learning import checkpoint
 from symdyn.errors import FileProblem
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.files import read_json, writable_directory, write_json
+from symdyn.robot.definition import Robot
+from symdyn.robot.robot_file import get_robot, load_robot_file, save_robot_file
 
 CONFIG = "config.yaml"
 TIMING = "timing.json"
+ROBOT = "robot.json"
 ORIGIN = "origin.json"
 POLICY = "policy.onnx"
 
@@ -45,15 +48,34 @@ def existing(path: Path) -> Path:
     return path
 
 
-def timing(run: Path, chosen: Path | None) -> TimingCurve:
-    """The curves of a run: its own copy, or while it has none those of the file that was chosen, or the paper's.
+def robot(run: Path, chosen: str) -> Robot:
+    """The robot of a run: its own copy, or while it has none the one that was chosen.
+
+    Args:
+        run: directory.
+        chosen: name or file of a robot, as the run's settings have it.
 
     Raises:
         FileProblem: if the file is missing or malformed.
+        UnknownName: if there is no robot of that name.
+    """
+    return load_robot_file(run / ROBOT) if (run / ROBOT).is_file() else get_robot(chosen)
+
+
+def timing(run: Path, chosen: Path | None, robot: Robot) -> TimingCurve:
+    """The curves of a run: its own copy, or while it has none those of the file that was chosen, or the paper's.
+
+    Args:
+        run: directory.
+        chosen: a curves file.
+        robot: of the run.
+
+    Raises:
+        FileProblem: if the file is missing or malformed, or was made for another robot.
     """
     if (run / TIMING).is_file():
-        return TimingCurve.load(run / TIMING)
-    return TimingCurve() if chosen is None else TimingCurve.load(chosen)
+        return TimingCurve.load(run / TIMING, robot.name)
+    return TimingCurve() if chosen is None else TimingCurve.load(chosen, robot.name)
 
 
 def ancestor(run: Path) -> dict[str, Any]:
@@ -70,11 +92,12 @@ def ancestor(run: Path) -> dict[str, Any]:
     return noted.get(STARTED_FROM) or {"samples": 0, "seconds": 0.0}
 
 
-def begin(run: Path, curve: TimingCurve, origin: dict[str, Any]) -> None:
+def begin(run: Path, robot: Robot, curve: TimingCurve, origin: dict[str, Any]) -> None:
     """Write what must not change while the run goes on, whatever happens to the files it came from.
 
     Args:
         run: directory, made if need be.
+        robot: that is trained.
         curve: its timing.
         origin: where the code came from.
 
@@ -82,6 +105,8 @@ def begin(run: Path, curve: TimingCurve, origin: dict[str, Any]) -> None:
         FileProblem: if it cannot be written.
     """
     writable_directory(run)
+    if not (run / ROBOT).is_file():
+        save_robot_file(robot, run / ROBOT)
     if not (run / TIMING).is_file():
-        curve.save(run / TIMING)
+        curve.save(run / TIMING, robot=robot.name)
         write_json(run / ORIGIN, origin)

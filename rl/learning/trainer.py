@@ -22,7 +22,6 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.env import GaitEnv
 from symdyn.errors import FileProblem
-from symdyn.robot.definition import GO2
 
 _log = logging.getLogger(__name__)
 _EPISODES_AVERAGED = 200
@@ -44,16 +43,18 @@ class Trainer:
         run: directory of the run; its checkpoints, if any, are not looked at before :meth:`resume`.
 
     Raises:
-        SymdynError: for bad settings, a bad timing file, or a machine without room.
+        SymdynError: for bad settings, a bad robot or timing file, or a machine without room.
     """
 
     def __init__(self, config: TrainConfig, run: Path) -> None:
         self.config = config
         self.run = run
         torch.manual_seed(config.seed)
-        timing = run_dir.timing(run, config.timing)
-        physics = BatchPhysics(build_model(GO2), GO2, config.num_envs, config.threads)
-        self.env = GaitEnv(config.env, physics, timing, seed=config.seed, dump_dir=run / "diverged")
+        self.robot = run_dir.robot(run, config.robot)
+        timing = run_dir.timing(run, config.timing, self.robot)
+        model = build_model(self.robot, engine=config.engine)
+        physics = BatchPhysics(model, self.robot, config.num_envs, config.threads)
+        self.env = GaitEnv(config.env, physics, timing, self.robot, config.seed, run / "diverged")
         self.ppo = make_ppo(config.ppo, self.env)
         self.iteration = 0
         self.seconds = 0.0
@@ -82,7 +83,7 @@ class Trainer:
             seconds of training behind it, those of its own ancestors included; and ``std``.
 
         Raises:
-            FileProblem: if it is no run, has no checkpoint that can be read, or has other networks.
+            FileProblem: if it is no run, has no checkpoint that can be read, or has other networks or another robot.
         """
         its = config_file.load(run_dir.existing(run) / run_dir.CONFIG)
         state = checkpoint.load_newest(run)
@@ -197,6 +198,7 @@ class Trainer:
         return record
 
     def _load_learner(self, state: dict[str, Any], run: Path) -> None:
+        checkpoint.check_robot(state, self.robot.name, run)
         try:
             self.ppo.load(state["ppo"], None, strict=True)
         except (KeyError, RuntimeError, ValueError) as error:
@@ -214,6 +216,7 @@ class Trainer:
     def _save(self) -> None:
         content = {
             "iteration": self.iteration,
+            "robot": self.robot.name,
             "seconds": self.seconds,
             "ppo": self.ppo.save(),
             "env": self.env.state_dict(),

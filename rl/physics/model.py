@@ -1,8 +1,8 @@
 """The MuJoCo model of a robot, made from its URDF.
 
-The URDF of example-robot-data is the only description. What it cannot say is added through MjSpec: a free joint, a
+The URDF is the only description. What it cannot say is added through MjSpec: a free joint, a
 floor, collision primitives fitted to its collision meshes, rotor inertia seen through the gears, position actuators
-with the robot's gains and the URDF's torque limits, and sensors at the feet.
+with the robot's gains and torque limits, and sensors at the feet.
 """
 
 # mujoco is a compiled module without stubs
@@ -16,20 +16,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from rl.physics.engine import ACCURATE, EngineConfig
 from rl.physics.terrain import Terrain
 from symdyn.errors import FileProblem
 from symdyn.robot.definition import Robot
-from symdyn.robot.descriptions import robots_folder, urdf_path
+from symdyn.robot.descriptions import mesh_path, urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
-
-PHYSICS_DT = 0.005
-"""s; four steps a control step at 50 Hz."""
 
 DEFAULT_FRICTION = 0.8
 """Sliding friction of foot on floor: rubber on hard floor, between Isaac Gym's 1.0 and menagerie's 0.8 for the Go2."""
-
-IMPRATIO = 10.0
-"""Stiffness of friction relative to that of the normal force: loaded feet creep ten times less than with 1."""
 
 ARENA_BYTES = 2**20
 """Room for contacts and constraints of one simulation; four feet and a trunk on the floor use a tenth of it."""
@@ -67,12 +62,13 @@ class Box:
     half_size: np.ndarray
 
 
-def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
+def build_spec(robot: Robot, terrain: Terrain | None = None, engine: EngineConfig = ACCURATE) -> mujoco.MjSpec:
     """The robot standing free above a floor, as an editable specification.
 
     Args:
         robot: whose URDF is taken.
         terrain: the floor's shape; flat if None.
+        engine: settings of the solver.
 
     Raises:
         FileProblem: if the URDF is missing or lacks a link or joint that the robot names.
@@ -86,17 +82,10 @@ def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
     for mesh in list(spec.meshes):
         spec.delete(mesh)
     spec.modelname = robot.name
-    spec.option.timestep = PHYSICS_DT
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    # the pyramidal cone with impratio 1 lets loaded feet creep, and weakens friction along its diagonals
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = IMPRATIO
-    spec.option.iterations = 10
-    spec.option.ls_iterations = 20
+    _set_engine(spec, engine)
     spec.memory = ARENA_BYTES
     spec.body(robot.trunk).add_freejoint(name=ROOT_JOINT)
-    _add_actuators(spec, robot)
+    _add_actuators(spec, robot, path)
     _add_floor(spec, terrain)
     _add_trunk(spec, robot, boxes[robot.trunk])
     for leg, link in zip(LEGS, robot.foot_links, strict=True):
@@ -104,16 +93,27 @@ def build_spec(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjSpec:
     return spec
 
 
-def build_model(robot: Robot, terrain: Terrain | None = None) -> mujoco.MjModel:
+def build_model(robot: Robot, terrain: Terrain | None = None, engine: EngineConfig = ACCURATE) -> mujoco.MjModel:
     """The compiled model of :func:`build_spec`; raises what it raises."""
-    return build_spec(robot, terrain).compile()
+    return build_spec(robot, terrain, engine).compile()
+
+
+def _set_engine(spec: mujoco.MjSpec, engine: EngineConfig) -> None:
+    option = spec.option
+    option.timestep = engine.timestep
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{engine.integrator.upper()}")
+    option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{engine.solver.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{engine.cone.upper()}")
+    option.impratio = engine.impratio
+    option.iterations = engine.iterations
+    option.ls_iterations = engine.ls_iterations
 
 
 def _collision_boxes(path: Path, robot: Robot) -> dict[str, Box]:
     # MuJoCo measures the URDF's own collision meshes, in a model that is thrown away
     spec = mujoco.MjSpec.from_file(str(path))
     for mesh in spec.meshes:
-        mesh.file = str(robots_folder().parent.parent / mesh.file.removeprefix("package://"))
+        mesh.file = str(mesh_path(path, mesh.file))
     spec.compiler.fusestatic = False
     try:
         model = spec.compile()
@@ -138,13 +138,17 @@ def _mesh_vertices(model: mujoco.MjModel, mesh: int) -> np.ndarray:
     return model.mesh_vert[start : start + count]
 
 
-def _add_actuators(spec: mujoco.MjSpec, robot: Robot) -> None:
-    limits = {name: float(spec.joint(name).actfrcrange[1]) for name in robot.joint_names}
+def _add_actuators(spec: mujoco.MjSpec, robot: Robot, path: Path) -> None:
+    limits = {name: _torque_limit(spec, robot, name, path) for name in robot.joint_names}
     weakest = min(limits.values())
     for joint, name in zip(JOINTS, robot.joint_names, strict=True):
         limit = limits[name]
-        gear = robot.gear_ratio * limit / weakest
-        spec.joint(name).armature = _rotor_inertia(spec, name) * gear**2
+        if (position := robot.limit(name).position) is not None:
+            spec.joint(name).range = list(position)
+            spec.joint(name).limited = True
+        if robot.gear_ratio is not None:
+            gear = robot.gear_ratio * limit / weakest
+            spec.joint(name).armature = _rotor_inertia(spec, name, path) * gear**2
         actuator = spec.add_actuator(name=joint, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=robot.kp, kv=robot.kd)
         actuator.forcelimited = True
@@ -153,10 +157,23 @@ def _add_actuators(spec: mujoco.MjSpec, robot: Robot) -> None:
         spec.joint(name).actfrclimited = False
 
 
-def _rotor_inertia(spec: mujoco.MjSpec, joint_name: str) -> float:
+def _torque_limit(spec: mujoco.MjSpec, robot: Robot, joint_name: str, path: Path) -> float:
+    joint = spec.joint(joint_name)
+    if joint is None:
+        raise FileProblem(path, f"has no joint {joint_name!r}, which the robot file of {robot.name} names.")
+    limit = robot.limit(joint_name).torque or float(joint.actfrcrange[1])
+    if not limit > 0.0:
+        raise FileProblem(path, f"has no torque limit for {joint_name!r}; the robot file can give one under limits.")
+    return limit
+
+
+def _rotor_inertia(spec: mujoco.MjSpec, joint_name: str, path: Path) -> float:
     # the URDF models each rotor as a link beside the driven one; the rotor spins about the joint's axis, about which a
     # disc's inertia is the largest of the three
-    rotor = spec.body(joint_name.removesuffix("_joint") + "_rotor")
+    name = joint_name.removesuffix("_joint") + "_rotor"
+    rotor = spec.body(name)
+    if rotor is None:
+        raise FileProblem(path, f"has no link {name!r}, which a robot file with a gear_ratio asks for.")
     return float(np.max(rotor.inertia if np.any(rotor.inertia) else rotor.fullinertia[:3]))
 
 

@@ -19,7 +19,7 @@ from rl.pictures.visual_mesh import read_visual_mesh
 from symdyn.errors import FileProblem
 from symdyn.figures.plots import LEG_COLOURS
 from symdyn.robot.definition import Robot
-from symdyn.robot.descriptions import robots_folder, urdf_path
+from symdyn.robot.descriptions import mesh_path, urdf_path
 from symdyn.robot.legs import LEGS
 
 VISUAL_GROUP = 2
@@ -76,7 +76,7 @@ def _add_looks(spec: mujoco.MjSpec, robot: Robot) -> None:
         link = geom.parent.name
         key = geom.meshname, link in paint
         if key not in known:
-            known[key] = _add_meshes(spec, files[geom.meshname], _OVER if link in paint else 1.0)
+            known[key] = _add_meshes(spec, path, files[geom.meshname], _OVER if link in paint else 1.0)
         for name, rgba in known[key]:
             spec.body(link).add_geom(
                 type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -101,11 +101,10 @@ def _with_visuals(path: Path) -> mujoco.MjSpec:
         raise FileProblem(path, f"cannot be turned into a model ({error}).") from error
 
 
-def _add_meshes(spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, factor: float) -> list[tuple[str, list[float]]]:
+def _add_meshes(spec: mujoco.MjSpec, urdf: Path, mesh: mujoco.MjsMesh, factor: float) -> list[tuple[str, list[float]]]:
     """Name and colour of the meshes that a visual mesh becomes, one a colour."""
-    file = robots_folder().parent.parent / mesh.file.removeprefix("package://")
     added = []
-    for rank, part in enumerate(read_visual_mesh(file)):
+    for rank, part in enumerate(read_visual_mesh(mesh_path(urdf, mesh.file))):
         name = f"{mesh.name}_{rank}"
         spec.add_mesh(
             name=name,

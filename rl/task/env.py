@@ -1,4 +1,4 @@
-"""The environment: N robots told to run gaits, seen through 52 numbers, rewarded for symmetry."""
+"""The environment: N robots told to run gaits, rewarded for symmetry."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ from symdyn.errors import InvalidValue
 from symdyn.gait import phase as clock
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.files import write_json
-from symdyn.policy.observation import OBSERVATION, command_terms
-from symdyn.robot.definition import GO2, Robot
+from symdyn.policy.layout import Layout
+from symdyn.policy.observation import Sensed, Situation, get_layout, observe
+from symdyn.robot.definition import Robot
 from symdyn.robot.frames import projected_gravity, rotate_inverse
 from symdyn.robot.legs import JOINTS
 
@@ -61,10 +62,13 @@ class EnvConfig:
 
     Attributes:
         episode_s: length of an episode, s (paper).
+        observation: what the policy sees: ``paper`` (52 numbers) or ``extended`` (these, the cosine of the clock, and
+            the gyroscope).
         curriculum: how the reward changes while training.
     """
 
     episode_s: float = 30.0
+    observation: str = "paper"
     commands: CommandConfig = field(default_factory=CommandConfig)
     rewards: RewardConfig = field(default_factory=RewardConfig)
     curriculum: RewardCurriculum = field(default_factory=RewardCurriculum)
@@ -72,19 +76,23 @@ class EnvConfig:
     termination: TerminationConfig = field(default_factory=TerminationConfig)
     reset: ResetConfig = field(default_factory=ResetConfig)
 
+    def __post_init__(self) -> None:
+        get_layout(self.observation)
+
 
 class GaitEnv(VecEnv):
     """rsl_rl's vector environment over a :class:`rl.physics.protocol.Physics`.
 
-    Observation groups: ``policy``, the 52 numbers of symdyn.policy.observation, noisy; ``privileged``, what only a
+    Observation groups: ``policy``, the observation that the configuration names, noisy; ``privileged``, what only a
     simulator knows (rl.task.privileged), for the critic.
 
     Args:
         config: the task.
         physics: the engine, already built for ``num_envs`` robots.
         timing: T(v) and beta(v).
-        seed: of everything random in here.
         robot: whose names, pose and gains.
+        seed: of everything random in here.
+        layout: what the policy sees, if it is not what the configuration names.
         dump_dir: where the state of a diverged simulation is written, or None.
 
     Raises:
@@ -96,9 +104,10 @@ class GaitEnv(VecEnv):
         config: EnvConfig,
         physics: Physics,
         timing: TimingCurve,
+        robot: Robot,
         seed: int = 0,
-        robot: Robot = GO2,
         dump_dir: Path | None = None,
+        layout: Layout | None = None,
     ) -> None:
         if config.episode_s < robot.control_dt:
             raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {robot.control_dt} s")
@@ -108,6 +117,7 @@ class GaitEnv(VecEnv):
         self.physics = physics
         self.timing = timing
         self.robot = robot
+        self.layout = layout or get_layout(config.observation)
         self.num_envs = n = physics.num_envs
         self.num_actions = len(JOINTS)
         self.device = "cpu"
@@ -116,7 +126,7 @@ class GaitEnv(VecEnv):
         self.commands = Commands(config.commands, n, self.generator)
         self._dump_dir = dump_dir
         self._default_pos = torch.tensor(robot.default_joint_pos, dtype=torch.float32)
-        self._noise = torch.tensor(OBSERVATION.noise_amplitude(), dtype=torch.float32)
+        self._noise = torch.tensor(self.layout.noise_amplitude(), dtype=torch.float32)
         self._expectation = clock.SwingExpectation.of(config.rewards.kappa, torch.zeros(1))
         self.episode_length_buf = torch.zeros(n, dtype=torch.int64)
         self.phase = torch.zeros(n)
@@ -255,14 +265,16 @@ class GaitEnv(VecEnv):
     def _observe(self, state: RobotState) -> TensorDict:
         duty, _ = self.duty_and_period()
         phases = self.leg_phases()
-        terms = {
-            "projected_gravity_b": projected_gravity(state.base_quat_w),
-            "joint_pos_rel": state.joint_pos - self._default_pos,
-            "joint_vel": state.joint_vel,
-            "last_action": self.last_action,
-            **command_terms(self.commands.offsets, self.commands.velocity, phases, duty),
-        }
-        policy = OBSERVATION.assemble(terms)
+        situation = Situation(
+            sensed=Sensed(projected_gravity(state.base_quat_w), state.joint_pos, state.joint_vel, state.base_ang_vel_b),
+            default_joint_pos=self._default_pos,
+            last_action=self.last_action,
+            offsets=self.commands.offsets,
+            velocity=self.commands.velocity,
+            leg_phases=phases,
+            duty=duty,
+        )
+        policy = observe(self.layout, situation)
         if self.config.randomization.observation_noise:
             policy = policy + self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
         privileged = PRIVILEGED.assemble(

@@ -1,6 +1,6 @@
 """What the critic sees besides the policy's observation: quantities that a simulator knows and a robot does not.
 
-It serves learning alone; the policy's input stays the 52 numbers. It has the form of symdyn.policy.observation, so that
+It serves learning alone and is no part of the policy's input. It has the form of symdyn.policy.observation, so that
 its mirror image is derived in the same way.
 """
 
@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from rl.physics.protocol import RobotState
-from symdyn.policy.observation import Layout, Term
+from symdyn.policy.layout import Layout, Term
 from symdyn.robot.frames import projected_gravity, rotate_inverse
 from symdyn.robot.legs import JOINTS, LEGS
 

@@ -27,7 +27,7 @@ from symdyn.errors import InvalidValue
 from symdyn.figures.plots import save
 from symdyn.io.console import log_to, make_console
 from symdyn.io.files import writable_directory, write_text
-from symdyn.robot.definition import GO2
+from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _log = logging.getLogger(__name__)
 
@@ -96,7 +96,7 @@ def run(arguments: Sequence[str]) -> int:
     diagram = explore_with_progress(console, model.parameters, config, args.cache)
     points = PassiveOrbits.of(diagram.branches).select(args.select)
     passive = _passive(points, diagram, model, args)
-    content = document(passive, calibrated, args.active)
+    content = document(passive, calibrated, args.active, model.robot)
     text = markdown(content, model.name, FIGURE)
     figure = curve_figure(
         passive.fit,
@@ -120,7 +120,7 @@ def _model(args: FitArguments) -> PassiveModel:
     if args.reference and (robot is not None or urdf is not None):
         raise InvalidValue("--reference", True, "left out where a robot is named")
     named = args.reference or robot is not None or urdf is not None
-    return (args.model if named else replace(args.model, robot=GO2.name)).load()
+    return (args.model if named else replace(args.model, robot=DEFAULT_ROBOT)).load()
 
 
 def _leg_length(model: PassiveModel) -> float | None:
@@ -159,7 +159,10 @@ def _passive(points: TimingPoints, diagram: Diagram, model: PassiveModel, args: 
 
 def _chosen(table: Path, model: PassiveModel, config: ChoiceConfig) -> Choice:
     own = _leg_length(model)
-    length = own or GO2.leg_length
+    length = own or get_robot(DEFAULT_ROBOT).leg_length
+    its = trials.provenance(table).get("robot")
+    if None not in (its, model.robot) and its != model.robot:
+        raise InvalidValue(f"{table}: robot", its, f"{model.robot}, for which the curves are made")
     choice = choose(trials.read(table), length, config)
     if own is not None and abs(choice.leg_length - own) > 1e-6:
         allowed = f"that of {model.name}, {length:g} m, for which the curves are made"

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from slip.model.parameters import REFERENCE, SlipParameters
-from slip.robot.known import KNOWN_ROBOTS
-from symdyn.errors import InvalidValue, UnknownName
+from slip.robot.known import check_known
+from symdyn.errors import InvalidValue
+from symdyn.io.options import RobotOption
 
 if TYPE_CHECKING:
     from slip.robot.units import Units
@@ -24,11 +25,13 @@ class PassiveModel:
         name: of the robot, or ``reference``; with what was changed.
         parameters: dimensionless.
         units: scale of the robot; None for the literature's model, which has none.
+        robot: name of the robot that it is of, or None.
     """
 
     name: str
     parameters: SlipParameters
     units: Units | None
+    robot: str | None = None
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,8 @@ class PassiveModelArguments:
     """The spring-loaded model: the literature's (k 10, ks 20, J 2) unless a robot is named.
 
     Attributes:
-        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq: the model is measured on its description.
+        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file: the model is measured on its
+            description.
         urdf: a description of any robot with four legs instead.
         feet: its four foot links, in any order; the ends of its kinematic tree if left out.
         srdf: a file with its nominal stance; all joints at zero if left out.
@@ -49,7 +53,7 @@ class PassiveModelArguments:
         resting_angle: of a leg that swings out, rad, positive forwards.
     """
 
-    robot: str | None = None
+    robot: RobotOption = None
     urdf: Path | None = None
     feet: tuple[str, ...] | None = None
     srdf: Path | None = None
@@ -77,7 +81,8 @@ class PassiveModelArguments:
         if not given:
             return base
         changed = replace(base.parameters, **given)
-        return PassiveModel(base.name if changed == base.parameters else f"{base.name}, changed", changed, base.units)
+        name = base.name if changed == base.parameters else f"{base.name}, changed"
+        return PassiveModel(name, changed, base.units, base.robot)
 
     def _base(self) -> PassiveModel:
         if self.urdf is not None and self.robot is not None:
@@ -87,8 +92,8 @@ class PassiveModelArguments:
                 raise InvalidValue(flag, value if isinstance(value, tuple) else str(value), "used with --urdf")
         if self.robot is None and self.urdf is None:
             return PassiveModel("reference", REFERENCE, None)
-        if self.robot is not None and self.robot not in KNOWN_ROBOTS:
-            raise UnknownName("robot", self.robot, KNOWN_ROBOTS)
+        if self.robot is not None:
+            check_known(self.robot)
         # Pinocchio takes a second to load, and the literature's model does not need it
         from slip.robot.body import measure
         from slip.robot.units import DimensionalSlip
@@ -100,4 +105,4 @@ class PassiveModelArguments:
             assert self.urdf is not None
             robot = load_urdf(self.urdf, feet=self.feet, srdf=self.srdf)
         scaled = DimensionalSlip.of_body(measure(robot))
-        return PassiveModel(robot.name, scaled.parameters(), scaled.units)
+        return PassiveModel(robot.name, scaled.parameters(), scaled.units, robot.name)

@@ -18,12 +18,13 @@ from slip.model.parameters import REFERENCE, SlipParameters
 from slip.robot.body import load_body
 from slip.robot.units import slip_parameters
 from symdyn.io.console import make_console
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 
 def wanted() -> dict[str, tuple[SlipParameters, ExploreConfig]]:
-    """By key: the reference parameters' families, and what symdyn fit-curves fits to, the slow ones of the Go2."""
-    go2 = slip_parameters(load_body("go2"))
-    pairs = ((REFERENCE, ExploreConfig()), (go2, reaching(go2, Selection().speeds[1])))
+    """By key: the reference parameters' families, and what symdyn fit-curves fits to, the default robot's slow ones."""
+    its = slip_parameters(load_body(DEFAULT_ROBOT))
+    pairs = ((REFERENCE, ExploreConfig()), (its, reaching(its, Selection().speeds[1])))
     return {key(parameters, config): (parameters, config) for parameters, config in pairs}
 
 

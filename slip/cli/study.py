@@ -18,6 +18,7 @@ from slip.curves.points import Selection
 from slip.curves.study import Grid, cells, summary, write
 from symdyn.io.console import log_to, make_console
 from symdyn.io.exit_codes import INTERRUPTED
+from symdyn.io.options import RobotOption
 
 TABLE = "study.csv"
 
@@ -42,7 +43,7 @@ class StudyArguments:
     """
 
     grid: Annotated[Grid, tyro.conf.arg(name="")] = field(default_factory=Grid)
-    robot: str | None = None
+    robot: RobotOption = None
     select: Annotated[Selection, tyro.conf.arg(name="")] = field(default_factory=Selection)
     trot: bool = True
     carry: bool = False

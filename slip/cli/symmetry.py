@@ -21,8 +21,9 @@ from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
 from symdyn.io.console import make_console
 from symdyn.io.files import write_json
-from symdyn.robot.definition import GO2
+from symdyn.io.options import RobotOption
 from symdyn.robot.legs import JOINTS, LEGS
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 FORMAT_VERSION = 1
 
@@ -35,17 +36,18 @@ class SymmetryArguments:
     how well it fits the feet's kinematics, the mass matrix and the joint limits.
 
     Attributes:
-        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq. The default is go2.
+        robot: go2 (the default), go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file.
         urdf: a description of any robot with four legs instead.
         feet: its four foot links, in any order; the ends of its kinematic tree if left out.
         srdf: a file with its nominal stance, a group state called 'standing'; all joints at zero if left out.
-        kp: position gain of every joint, N m/rad. Default: the Go2's own, or dynamically similar to it.
+        kp: position gain of every joint, N m/rad. Default: that of the robot file; without one,
+            dynamically similar to the Go2's.
         kd: velocity gain of every joint, N m s/rad; goes with --kp.
         tolerances: how far off an element may be and count as a symmetry.
         out: also write everything to this JSON file.
     """
 
-    robot: str | None = None
+    robot: RobotOption = None
     urdf: Path | None = None
     feet: tuple[str, ...] | None = None
     srdf: Path | None = None
@@ -118,7 +120,7 @@ def _load(args: SymmetryArguments) -> Quadruped:
     for name, value in (("--feet", args.feet), ("--srdf", args.srdf)):
         if value is not None:
             raise InvalidValue(name, value if isinstance(value, tuple) else str(value), "used with --urdf")
-    return load_robot(GO2.name if args.robot is None else args.robot)
+    return load_robot(args.robot or DEFAULT_ROBOT)
 
 
 def _body(robot: Quadruped, gains: Gains | None) -> tuple[RobotBody | None, str]:

@@ -61,7 +61,10 @@ class FittedCurve:
 
 
 def document(
-    passive: FittedCurve, calibrated: FittedCurve | None = None, active: CurveName | None = None
+    passive: FittedCurve,
+    calibrated: FittedCurve | None = None,
+    active: CurveName | None = None,
+    robot: str | None = None,
 ) -> dict[str, Any]:
     """The content of curves.json.
 
@@ -69,6 +72,8 @@ def document(
         passive: of orbits.
         calibrated: of trials, if there are any.
         active: which one the trainer takes; ``calibrated`` if there are trials, else ``paper``.
+        robot: name of the robot that they are for; symdyn train refuses them for another. None if for none in
+            particular.
 
     Raises:
         InvalidValue: if the active one is ``calibrated`` and there is none, or constants are absurd.
@@ -86,6 +91,7 @@ def document(
     curves["paper"] = {**TimingCurve().as_dict(), "fit": None, "data": {"note": WHAT["paper"]}}
     return {
         "format_version": FORMAT_VERSION,
+        "robot": robot,
         "active": chosen,
         "note": note(chosen, calibrated is not None, asked=active is not None),
         "made": {"date": datetime.now(UTC).isoformat(timespec="seconds"), "commit": commit()},

@@ -1,7 +1,7 @@
 """Diagrams that were explored before, by parameters: exploring takes minutes, loading none.
 
 They lie in the user's cache folder: ``$SYMDYN_CACHE``, else ``$XDG_CACHE_HOME/symdyn``, else ``~/.cache/symdyn``.
-Some come with symdyn (:mod:`slip.cli.shipped`).
+Some come with symdyn (``python -m slip.cli.shipped`` makes them).
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _solver() -> str:
 def solver_modules() -> list[str]:
     """Modules that decide what is found: slip.families.explore and all of slip that it imports, sorted."""
     found: set[str] = set()
-    queue = [explore.__module__]
+    queue = ["slip.families.explore"]
     while queue:
         module = queue.pop()
         if module not in found:

@@ -39,8 +39,8 @@ from slip.robot.rotors import reflected_rotor_inertia
 from slip.robot.urdf import load_robot
 from symdyn.errors import InvalidValue, SymdynError
 from symdyn.gait.timing import GRAVITY
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS, is_front
+from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 Vector = NDArray[np.float64]
 
@@ -154,8 +154,8 @@ def _mean_of(values: Vector, front: bool) -> float:
     return float(np.mean([value for value, leg in zip(values, LEGS, strict=True) if is_front(leg) == front]))
 
 
-def load_body(name: str = GO2.name, gains: Gains | None = None) -> RobotBody:
-    """A robot of :data:`slip.robot.known.KNOWN_ROBOTS`, loaded and measured.
+def load_body(name: str, gains: Gains | None = None) -> RobotBody:
+    """A robot by name or robot file, loaded and measured.
 
     Raises what :func:`slip.robot.urdf.load_robot` and :func:`measure` raise.
     """
@@ -207,8 +207,10 @@ def measure(robot: Quadruped, gains: Gains | None = None, leg_length: float | No
     )
 
 
-def similar_gains(mass: float, hip_to_foot: float) -> Gains:
-    """Gains dynamically similar to the Go2's: equal kp / (m g l) and kd / (m g l sqrt(l / g)), l from hip to foot.
+def similar_gains(mass: float, hip_to_foot: float, reference: str = DEFAULT_ROBOT) -> Gains:
+    """Gains dynamically similar to those of a robot that has them.
+
+    Equal are kp / (m g l) and kd / (m g l sqrt(l / g)), l from hip to foot.
 
     A description holds no gains. These come out within a factor of two of those in use: 18 and 145 N m/rad for the A1
     and the ANYmal C, where legged_gym (Rudin et al. 2022) takes 20 and 80.
@@ -216,11 +218,12 @@ def similar_gains(mass: float, hip_to_foot: float) -> Gains:
     Args:
         mass: of the robot, kg.
         hip_to_foot: its leg length in the nominal stance, m.
+        reference: name of the robot that has gains.
     """
-    go2 = load_body(GO2.name)
-    torque = mass * hip_to_foot / (go2.mass * _hip_to_foot(go2.hips, go2.feet))
-    time = math.sqrt(hip_to_foot / _hip_to_foot(go2.hips, go2.feet))
-    return Gains(go2.gains.kp * torque, go2.gains.kd * torque * time, "dynamically similar to the Go2's")
+    its = load_body(reference)
+    torque = mass * hip_to_foot / (its.mass * _hip_to_foot(its.hips, its.feet))
+    time = math.sqrt(hip_to_foot / _hip_to_foot(its.hips, its.feet))
+    return Gains(its.gains.kp * torque, its.gains.kd * torque * time, f"dynamically similar to those of {reference}")
 
 
 def foot_compliance(robot: Quadruped, leg: Leg, data: Any, gains: Gains) -> Vector:
@@ -243,7 +246,7 @@ def _hip_to_foot(hips: Vector, feet: Vector) -> float:
 def _default_gains(robot: Quadruped, mass: float, hip_to_foot: float) -> Gains:
     if robot.definition is None:
         return similar_gains(mass, hip_to_foot)
-    return Gains(robot.definition.kp, robot.definition.kd, f"symdyn's definition of {robot.definition.name}")
+    return Gains(robot.definition.kp, robot.definition.kd, f"the robot file of {robot.definition.name}")
 
 
 def _swing_joint(robot: Quadruped, leg: Leg, data: Any) -> tuple[str, Vector]:

@@ -1,6 +1,7 @@
-"""The robots of example-robot-data that are known by name: which description, which pose they stand in.
+"""Robots of example-robot-data without a robot file: which description, which pose they stand in.
 
-Feet, legs and joints are not listed: :mod:`slip.robot.urdf` finds them in the description.
+Feet, legs and joints are not listed: :mod:`slip.robot.urdf` finds them in the description. Robots with a robot file
+(:mod:`symdyn.robot.robot_file`) are known by that.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.errors import UnknownName
-from symdyn.robot.definition import GO2, Robot
+from symdyn.robot.robot_file import ROBOTS, is_robot_file
 
 
 @dataclass(frozen=True)
@@ -17,13 +18,11 @@ class KnownRobot:
 
     Attributes:
         urdf: the description.
-        srdf: holds the pose ``standing``; None if the pose is the definition's.
-        definition: what training and deployment agree on, for robots that have it.
+        srdf: holds the pose ``standing``.
     """
 
     urdf: str
-    srdf: str | None = None
-    definition: Robot | None = None
+    srdf: str
 
 
 def _same_folder(name: str) -> KnownRobot:
@@ -33,7 +32,6 @@ def _same_folder(name: str) -> KnownRobot:
 _ANYMAL_B = KnownRobot("anymal_b_simple_description/robots/anymal.urdf", "anymal_b_simple_description/srdf/anymal.srdf")
 
 KNOWN_ROBOTS: dict[str, KnownRobot] = {
-    GO2.name: KnownRobot(GO2.urdf, definition=GO2),
     "go1": _same_folder("go1"),
     "a1": _same_folder("a1"),
     "b1": _same_folder("b1"),
@@ -47,9 +45,11 @@ KNOWN_ROBOTS: dict[str, KnownRobot] = {
 }
 
 
-def known_robot(name: str) -> KnownRobot:
-    """The robot of that name. Raises UnknownName."""
-    try:
-        return KNOWN_ROBOTS[name]
-    except KeyError:
-        raise UnknownName("robot", name, KNOWN_ROBOTS) from None
+def check_known(name: str) -> None:
+    """Check the value of ``--robot``: a name of :data:`KNOWN_ROBOTS` or of symdyn's robot files, or a robot file.
+
+    Raises:
+        UnknownName: if it is none.
+    """
+    if name not in KNOWN_ROBOTS and name not in ROBOTS and not is_robot_file(name):
+        raise UnknownName("robot", name, (*KNOWN_ROBOTS, *ROBOTS, "FILE.toml"))

@@ -17,12 +17,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio
 
-from slip.robot.known import known_robot
+from slip.robot.known import KNOWN_ROBOTS, check_known
 from slip.robot.quadruped import Leg, Quadruped
 from symdyn.errors import FileProblem, InvalidValue, SymdynError, UnknownName
 from symdyn.robot.definition import Robot
-from symdyn.robot.descriptions import robots_folder
+from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn.robot.legs import LEGS, is_front, is_left
+from symdyn.robot.robot_file import get_robot
 
 Chain = tuple[str, tuple[str, ...]]
 """A foot link and the joints from the trunk to it."""
@@ -32,20 +33,24 @@ _BASE_JOINT = 1
 
 
 def load_robot(name: str) -> Quadruped:
-    """A robot of :data:`slip.robot.known.KNOWN_ROBOTS`, standing as its definition or its SRDF has it.
+    """A robot by name or robot file, standing as its robot file has it; those without one as their SRDF has it.
+
+    Args:
+        name: of :data:`symdyn.robot.robot_file.ROBOTS` or :data:`slip.robot.known.KNOWN_ROBOTS`, or the path of a
+            robot file.
 
     Raises:
         UnknownName: if it is not known.
         ResourceProblem: if example-robot-data is not installed.
         FileProblem: if its files are missing or broken.
     """
-    known, folder = known_robot(name), robots_folder()
-    urdf = folder / known.urdf
-    if known.definition is None:
-        return load_urdf(urdf, name=name, srdf=None if known.srdf is None else folder / known.srdf)
-    definition = known.definition
-    pose = dict(zip(definition.joint_names, definition.default_joint_pos.tolist(), strict=True))
-    return load_urdf(urdf, name=name, feet=definition.foot_links, pose=pose, definition=definition)
+    check_known(name)
+    if name in KNOWN_ROBOTS:
+        known, folder = KNOWN_ROBOTS[name], robots_folder()
+        return load_urdf(folder / known.urdf, name=name, srdf=folder / known.srdf)
+    robot = get_robot(name)
+    pose = dict(zip(robot.joint_names, robot.default_joint_pos.tolist(), strict=True))
+    return load_urdf(urdf_path(robot), name=robot.name, feet=robot.foot_links, pose=pose, definition=robot)
 
 
 def load_urdf(

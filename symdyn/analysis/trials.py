@@ -124,7 +124,9 @@ def provenance(path: Path) -> dict[str, Any]:
     found: dict[str, Any] = {"table": str(path), "table_sha256": digest}
     settings = read_json(path).get("settings") if path.suffix.lower() == ".json" else None
     if isinstance(settings, dict):
-        found |= {key: settings[key] for key in ("policy", "policy_sha256", "policy_samples") if key in settings}
+        found |= {
+            key: settings[key] for key in ("robot", "policy", "policy_sha256", "policy_samples") if key in settings
+        }
     return found
 
 

@@ -105,20 +105,37 @@ class TimingCurve:
         except InvalidValue as error:
             raise FileProblem(origin, f"holds an absurd timing constant. {error}") from error
 
-    def save(self, path: Path, name: str = "curve") -> None:
-        """Write a curves file whose only, and active, curve is this one. Raises FileProblem."""
-        write_json(path, {"format_version": FORMAT_VERSION, "active": name, "curves": {name: self.as_dict()}})
+    def save(self, path: Path, name: str = "curve", robot: str | None = None) -> None:
+        """Write a curves file whose only, and active, curve is this one. Raises FileProblem.
+
+        Args:
+            path: of the file.
+            name: of the curve.
+            robot: name of the robot that it is for, or None if it is for no robot in particular.
+        """
+        curves = {name: self.as_dict()}
+        write_json(path, {"format_version": FORMAT_VERSION, "robot": robot, "active": name, "curves": curves})
 
     @classmethod
-    def load(cls, path: Path) -> TimingCurve:
-        """The active curve of a curves file: ``{"format_version": 1, "active": NAME, "curves": {NAME: constants}}``.
+    def load(cls, path: Path, robot: str | None = None) -> TimingCurve:
+        """The active curve of a curves file.
+
+        The file is ``{"format_version": 1, "robot": NAME, "active": NAME, "curves": {NAME: constants}}``. A file
+        without ``robot``, or with null, is for no robot in particular.
+
+        Args:
+            path: of the file.
+            robot: name of the robot that the curve is wanted for; None takes that of any.
 
         Raises:
-            FileProblem: if the file is missing, malformed, or its active curve is.
+            FileProblem: if the file is missing or malformed, its active curve is, or it was made for another robot.
         """
         data = read_json(path)
         if not isinstance(data, dict) or data.get("format_version") != FORMAT_VERSION:
             raise FileProblem(path, f"is no curves file of format_version {FORMAT_VERSION}.")
+        its = data.get("robot")
+        if None not in (its, robot) and its != robot:
+            raise FileProblem(path, f"holds timing curves of the robot {its!r}, not of {robot!r}.")
         curves, active = data.get("curves"), data.get("active")
         if not isinstance(curves, dict) or not isinstance(active, str) or active not in curves:
             raise FileProblem(path, f"names {active!r} as its active curve, which is not among its curves.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import MISSING, asdict, fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -20,7 +20,7 @@ def plain(config: Any) -> dict[str, Any]:
 
 
 def rebuild(kind: type[C], data: Any, origin: object) -> C:
-    """The settings from :func:`plain`.
+    """The settings from :func:`plain`. A setting that the data lack, as those of an older file do, takes its default.
 
     Args:
         kind: the dataclass.
@@ -28,7 +28,8 @@ def rebuild(kind: type[C], data: Any, origin: object) -> C:
         origin: what to call their source in an error.
 
     Raises:
-        FileProblem: if a key is unknown or missing, or a value of a wrong type or out of range; it names the key.
+        FileProblem: if a key is unknown, a key without a default is missing, or a value is of a wrong type or out of
+            range; it names the key.
     """
     return _build(kind, data, "", origin)
 
@@ -99,15 +100,18 @@ def _build_dataclass(hint: Any, value: Any, key: str, origin: object) -> Any:
         raise FileProblem(origin, f"{name} is {reprlib.repr(value)}, but must be a table of settings.")
     hints = get_type_hints(hint)
     known = [field.name for field in fields(hint)]
+    needed = [f.name for f in fields(hint) if f.default is MISSING and f.default_factory is MISSING]
     prefix = f"{key}." if key else ""
     unknown = [f"{prefix}{other}" for other in value if other not in known]
     if unknown:
         allowed = ", ".join(known)
         raise FileProblem(origin, f"has unknown settings: {', '.join(unknown)}. Known in {name}: {allowed}.")
-    missing = [f"{prefix}{other}" for other in known if other not in value]
+    missing = [f"{prefix}{other}" for other in needed if other not in value]
     if missing:
         raise FileProblem(origin, f"lacks the settings {', '.join(missing)}.")
-    values = {other: _build(hints[other], value[other], f"{prefix}{other}", origin) for other in known}
+    values = {
+        other: _build(hints[other], value[other], f"{prefix}{other}", origin) for other in known if other in value
+    }
     try:
         return hint(**values)
     except SymdynError as error:
@@ -123,6 +127,8 @@ def _to_float(value: float) -> float:
 
 def _allowed(hint: Any) -> str:
     kind, arguments = get_origin(hint), get_args(hint)
+    if is_dataclass(hint):
+        return "a table of settings"
     if kind is Literal:
         return f"one of {', '.join(map(repr, arguments))}"
     if kind is tuple:

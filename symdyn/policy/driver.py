@@ -5,6 +5,7 @@ Training has the same functions on tensors (rl.task.env); a test holds the two t
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from symdyn.errors import InvalidValue
 from symdyn.gait import phase as clock
 from symdyn.policy.file import Policy
-from symdyn.policy.observation import OBSERVATION, command_terms
+from symdyn.policy.observation import SENSORS, Sensed, Situation, check_supplied, observe
 from symdyn.robot.legs import JOINTS, LEGS
 
 Floats = NDArray[np.float64]
@@ -48,6 +49,7 @@ class PolicyDriver:
     Args:
         policy: to run.
         phase: (n,) initial stride phases in [0, 1).
+        sensors: that the caller has, of :data:`symdyn.policy.observation.SENSORS`.
 
     Attributes:
         phase: (n,) stride phase.
@@ -57,9 +59,11 @@ class PolicyDriver:
 
     Raises:
         InvalidValue: if phases are not in [0, 1).
+        PolicyMismatch: if the policy observes what these sensors do not tell.
     """
 
-    def __init__(self, policy: Policy, phase: ArrayLike = (0.0,)) -> None:
+    def __init__(self, policy: Policy, phase: ArrayLike = (0.0,), sensors: Collection[str] = SENSORS) -> None:
+        check_supplied(policy.metadata.observation, sensors, "The driver")
         self.policy = policy
         self.phase = np.array(phase, dtype=np.float64)
         if self.phase.ndim != 1 or not ((self.phase >= 0.0) & (self.phase < 1.0)).all():
@@ -78,31 +82,27 @@ class PolicyDriver:
         v_x, reversal = self.velocity[:, 0], self.policy.metadata.time_reversal
         return Timing(period, duty, clock.leg_phase(self.phase, self.offsets, v_x, reversal))
 
-    def observe(self, gravity_b: Floats, joint_pos: Floats, joint_vel: Floats) -> Floats:
-        """The policy's input.
+    def observe(self, sensed: Sensed) -> Floats:
+        """The policy's input, (n, size of its observation).
 
         Args:
-            gravity_b: (n, 3) unit vector of gravity in the body frame.
-            joint_pos: (n, 12) rad.
-            joint_vel: (n, 12) rad/s.
-
-        Returns:
-            (n, 52).
+            sensed: of the n robots.
         """
         timing = self.timing()
-        return OBSERVATION.assemble(
-            {
-                "projected_gravity_b": gravity_b,
-                "joint_pos_rel": joint_pos - self._default_joint_pos,
-                "joint_vel": joint_vel,
-                "last_action": self.action,
-                **command_terms(self.offsets, self.velocity, timing.leg_phases, timing.duty),
-            }
+        situation = Situation(
+            sensed=sensed,
+            default_joint_pos=self._default_joint_pos,
+            last_action=self.action,
+            offsets=self.offsets,
+            velocity=self.velocity,
+            leg_phases=timing.leg_phases,
+            duty=timing.duty,
         )
+        return observe(self.policy.metadata.observation, situation)
 
-    def act(self, gravity_b: Floats, joint_pos: Floats, joint_vel: Floats) -> Floats:
+    def act(self, sensed: Sensed) -> Floats:
         """Run the policy on :meth:`observe`, remember its actions, and return the joint targets, (n, 12) rad."""
-        self.action = self.policy.act(self.observe(gravity_b, joint_pos, joint_vel)).astype(np.float64)
+        self.action = self.policy.act(self.observe(sensed)).astype(np.float64)
         return self.policy.targets(self.action)
 
     def advance(self, dt: float) -> None:

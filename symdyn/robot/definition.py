@@ -1,17 +1,79 @@
 """What training, evaluation and the robot must agree on about a robot: names, pose, gains, rates.
 
-Masses, inertias, ranges and torque limits are not here: they come from the robot's URDF.
+Masses, inertias, ranges and torque limits come from the robot's URDF. What a URDF cannot say stands in a robot file
+(:mod:`symdyn.robot.robot_file`), whose keys are the attributes of the classes here.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import re
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.errors import UnknownName
-from symdyn.robot.legs import JOINTS, LEGS, UNITREE_LEGS, unitree_joint_name
+from symdyn.errors import InvalidValue
+from symdyn.robot.legs import LEGS
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One leg.
+
+    Attributes:
+        joints: names of its joints in the URDF from the trunk outwards: hip (abduction), thigh (flexion), calf (knee).
+        foot: name of its foot link in the URDF.
+        stance: angles of these joints in the nominal stance, rad: where episodes begin and what actions are added to.
+        lying: angles on the belly, rad, as symdyn robot-sim finds the robot; without them it sinks from its stance.
+        hanging: angles in the harness, rad; without them those of the stance.
+    """
+
+    joints: tuple[str, str, str]
+    foot: str
+    stance: tuple[float, float, float]
+    lying: tuple[float, float, float] | None = None
+    hanging: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Legs:
+    """The four legs.
+
+    Attributes:
+        LH: left hind.
+        LF: left front.
+        RF: right front.
+        RH: right hind.
+    """
+
+    LH: Leg
+    LF: Leg
+    RF: Leg
+    RH: Leg
+
+    def in_order(self) -> tuple[Leg, ...]:
+        """In the order of :data:`symdyn.robot.legs.LEGS`."""
+        return tuple(getattr(self, leg) for leg in LEGS)
+
+
+@dataclass(frozen=True)
+class JointLimit:
+    """Limits of one joint, where the URDF has none or wrong ones. What is left out is the URDF's.
+
+    Attributes:
+        joint: its name in the URDF.
+        position: lowest and highest angle, rad.
+        velocity: highest speed, rad/s.
+        torque: highest torque, N m.
+    """
+
+    joint: str
+    position: tuple[float, float] | None = None
+    velocity: float | None = None
+    torque: float | None = None
 
 
 @dataclass(frozen=True)
@@ -19,71 +81,89 @@ class Robot:
     """A robot under joint position control at a fixed rate: target = default_joint_pos + action_scale * action.
 
     Attributes:
-        name: as in a policy file.
-        urdf: path of the description inside example-robot-data's ``robots`` folder.
-        joint_names: the URDF's names in the order of :data:`symdyn.robot.legs.JOINTS`.
-        trunk: the URDF's name of the base link.
-        foot_links: the URDF's names of the feet in the order of LEGS.
-        default_leg_pose: hip, thigh and calf angle of every leg in the nominal stance, rad.
+        name: of the robot, as configurations, checkpoints, curves and policies carry it.
+        urdf: its description: ``example-robot-data:PATH`` inside that package's ``robots`` folder, or a path. A
+            relative path counts from the folder of the robot file.
+        trunk: name of the base link in the URDF.
+        legs: which joints and which foot are whose, and the nominal stance.
         action_scale: rad of target per unit of action.
         kp: proportional gain of every joint, N m/rad.
         kd: derivative gain of every joint, N m s/rad.
         control_dt: time between two actions, s.
-        leg_length: the length of the non-dimensional speed and period, m.
+        leg_length: the length that makes speed and stride period dimensionless, m.
         base_height_range: band in which the trunk's origin should stay above ground, m.
-        gear_ratio: motor turns per joint turn for the joint with the lowest torque limit. The others follow from their
-            torque limits, the motors being alike.
+        gear_ratio: motor turns per joint turn for the joint with the lowest torque limit, where the URDF has a link
+            ``..._rotor`` beside each driven one; the other ratios follow from the torque limits, the motors being
+            alike. Without it the joints carry no reflected rotor inertia.
+        limits: of joints, where the URDF has none or wrong ones.
+
+    Raises:
+        InvalidValue: if a number is out of range, or a name stands twice.
     """
 
     name: str
     urdf: str
-    joint_names: tuple[str, ...]
     trunk: str
-    foot_links: tuple[str, ...]
-    default_leg_pose: tuple[float, float, float]
+    legs: Legs
     action_scale: float
     kp: float
     kd: float
     control_dt: float
     leg_length: float
     base_height_range: tuple[float, float]
-    gear_ratio: float
+    gear_ratio: float | None = None
+    limits: tuple[JointLimit, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise InvalidValue("name", self.name, "a word of letters, digits, '_', '.', '-'")
+        for name in ("action_scale", "kp", "control_dt", "leg_length", "gear_ratio"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < math.inf:
+                raise InvalidValue(name, value, "a number > 0")
+        if not 0.0 <= self.kd < math.inf:
+            raise InvalidValue("kd", self.kd, "a number >= 0")
+        low, high = self.base_height_range
+        if not 0.0 < low < high < math.inf:
+            raise InvalidValue("base_height_range", self.base_height_range, "two heights > 0, the smaller first")
+        for what, names in (("joints", self.joint_names), ("feet", self.foot_links)):
+            if len(set(names)) != len(names):
+                raise InvalidValue(f"The {what} of the legs", names, "different from each other")
+        if not np.isfinite(self.default_joint_pos).all():
+            raise InvalidValue("The stance of the legs", self.default_joint_pos.tolist(), "finite angles")
+        limited = [limit.joint for limit in self.limits]
+        if not set(limited) <= set(self.joint_names) or len(set(limited)) != len(limited):
+            raise InvalidValue("The joints of limits", limited, f"each once, of {', '.join(self.joint_names)}")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The URDF's names in the order of :data:`symdyn.robot.legs.JOINTS`."""
+        return tuple(joint for leg in self.legs.in_order() for joint in leg.joints)
+
+    @property
+    def foot_links(self) -> tuple[str, ...]:
+        """The URDF's names of the feet in the order of LEGS."""
+        return tuple(leg.foot for leg in self.legs.in_order())
 
     @property
     def default_joint_pos(self) -> NDArray[np.float64]:
-        """Nominal pose, (12,), rad."""
-        return np.tile(np.array(self.default_leg_pose), len(LEGS))
+        """Nominal stance in the order of JOINTS, (12,), rad."""
+        return np.array([angle for leg in self.legs.in_order() for angle in leg.stance])
 
     @property
     def base_height(self) -> float:
         """Middle of the band of heights, m: where episodes begin, and what heights are measured from."""
         return sum(self.base_height_range) / 2.0
 
+    def standing_at(self, joint_pos: NDArray[np.float64]) -> Robot:
+        """The robot with another nominal stance. ``joint_pos``: (12,) rad in the order of JOINTS."""
+        poses = np.asarray(joint_pos, dtype=np.float64).reshape(len(LEGS), -1).tolist()
+        legs = {
+            item.name: replace(getattr(self.legs, item.name), stance=tuple(poses[LEGS.index(item.name)]))
+            for item in fields(Legs)
+        }
+        return replace(self, legs=Legs(**legs))
 
-GO2 = Robot(
-    name="go2",
-    urdf="go2_description/urdf/go2.urdf",
-    joint_names=tuple(unitree_joint_name(joint) for joint in JOINTS),
-    trunk="base",
-    foot_links=tuple(f"{UNITREE_LEGS[leg]}_foot" for leg in LEGS),
-    # The same for all legs, feet a little behind the hips. Of the poses tried it is the highest that the gains alone
-    # hold: it settles level at 0.35 m, where straighter legs or feet below the hips tip over at once.
-    default_leg_pose=(0.0, 0.7, -1.2),
-    action_scale=0.25,  # legged_gym's value for robots of this size (Rudin et al. 2022)
-    kp=30.0,  # paper, section III-C
-    kd=0.65,  # paper, section III-C
-    control_dt=0.02,  # 50 Hz: paper, section III-E
-    leg_length=0.40,  # middle of base_height_range
-    base_height_range=(0.35, 0.45),  # paper, section III-E
-    gear_ratio=6.33,  # Unitree's A1/Go1/Go2 hip and thigh motors (mujoco_menagerie, mjlab go1_constants)
-)
-
-ROBOTS = {GO2.name: GO2}
-
-
-def get_robot(name: str) -> Robot:
-    """The robot of that name. Raises UnknownName."""
-    try:
-        return ROBOTS[name]
-    except KeyError:
-        raise UnknownName("robot", name, ROBOTS) from None
+    def limit(self, joint: str) -> JointLimit:
+        """What the robot file says of a joint's limits; nothing, if it is silent on them."""
+        return next((limit for limit in self.limits if limit.joint == joint), JointLimit(joint))

@@ -1,4 +1,4 @@
-"""Where the descriptions of example-robot-data lie (its wheel ships data only, so there is nothing to import)."""
+"""Where the URDFs of robots and their meshes lie."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from pathlib import Path
 
 from symdyn.errors import FileProblem, ResourceProblem
 from symdyn.robot.definition import Robot
+from symdyn.robot.robot_file import EXAMPLE_ROBOT_DATA
 
 
 def robots_folder() -> Path:
-    """Folder ``robots`` of the installed example-robot-data.
+    """Folder ``robots`` of the installed example-robot-data, whose wheel ships data only: there is nothing to import.
 
     Raises:
         ResourceProblem: if it is not installed or holds no robots.
@@ -30,7 +31,31 @@ def robots_folder() -> Path:
 
 def urdf_path(robot: Robot) -> Path:
     """Path of the robot's URDF. Raises FileProblem, ResourceProblem."""
-    path = robots_folder() / robot.urdf
+    if robot.urdf.startswith(EXAMPLE_ROBOT_DATA):
+        path = robots_folder() / robot.urdf.removeprefix(EXAMPLE_ROBOT_DATA)
+        if not path.is_file():
+            raise FileProblem(path, f"the description of {robot.name} is missing from example-robot-data.")
+        return path
+    path = Path(robot.urdf)
     if not path.is_file():
-        raise FileProblem(path, f"the description of {robot.name} is missing from example-robot-data.")
+        raise FileProblem(path, f"the description of {robot.name} does not exist.")
     return path
+
+
+def mesh_path(urdf: Path, reference: str) -> Path:
+    """The file of a mesh that a URDF names.
+
+    Args:
+        urdf: the description.
+        reference: as it stands there: ``package://PACKAGE/PATH``, an absolute path, or one that counts from the URDF's
+            folder. The folder of a package is looked for beside the URDF and in every folder above it.
+
+    Raises:
+        FileProblem: if there is no such file.
+    """
+    relative = reference.removeprefix("package://")
+    folders = urdf.parents if relative != reference else (urdf.parent,)
+    for folder in folders:
+        if (folder / relative).is_file():
+            return folder / relative
+    raise FileProblem(urdf, f"names the mesh {reference!r}, which lies neither beside it nor in a folder above it.")

@@ -23,15 +23,6 @@ LEG_JOINT_AXES_B = {"hip": (1.0, 0.0, 0.0), "thigh": (0.0, 1.0, 0.0), "calf": (0
 JOINTS = tuple(f"{leg}_{joint}" for leg in LEGS for joint in LEG_JOINTS)
 """The order of joint positions, velocities, torques and actions."""
 
-UNITREE_LEGS = {"LH": "RL", "LF": "FL", "RF": "FR", "RH": "RR"}
-"""Unitree's leg names (R and F first for rear and front) by the paper's."""
-
-
-def unitree_joint_name(joint: str) -> str:
-    """The name in Unitree's URDF of a joint of :data:`JOINTS`: ``LH_hip`` is ``RL_hip_joint``."""
-    leg, _, kind = joint.partition("_")
-    return f"{UNITREE_LEGS[leg]}_{kind}_joint"
-
 
 def is_left(leg: str) -> bool:
     """Whether a leg of :data:`LEGS` is on the left side."""

@@ -18,9 +18,9 @@ from hardware.logs.observed import observe
 from hardware.wire.channels import IMU, JOINTS, SESSION, TARGETS, TICK, TRUTH
 from hardware.wire.event_log import LogReader
 from rl.pretrained import policy_path
-from symdyn.robot.definition import GO2
 from tests.e2e.command_in_process import Done, symdyn
 from tests.hardware.logs.log_sessions import lockstep_session
+from tests.robots import GO2
 from tests.symdyn.policy.policy_files import swaying
 
 SECONDS = 11.0

@@ -276,7 +276,7 @@ class TestRobotSim:
         from hardware.wire.link import Link
         from symdyn.io.console import make_console
         from symdyn_cli import play
-        from symdyn_cli.robot_sim import go2
+        from tests.hardware.robot_sim.simulated import go2
 
         lcm_url = multicast_url()
         robot = go2(start="standing")

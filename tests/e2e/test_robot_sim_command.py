@@ -17,8 +17,8 @@ import pytest
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH
 from hardware.wire.link import Link
 from hardware.wire.readings import Joints, Targets
-from symdyn.robot.definition import GO2
 from tests.hardware.lcm_urls import multicast_url
+from tests.robots import GO2
 
 ONES = np.ones(12)
 PATIENCE = 60.0  # s; for a busy machine

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from slip.robot.known import KNOWN_ROBOTS
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn_cli.main import main
+from tests.robots import GO2
 
 Done = subprocess.CompletedProcess[str]
 GO2_FEET = GO2.foot_links

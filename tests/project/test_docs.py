@@ -150,7 +150,7 @@ def changed_copy(tmp_path):
     """A function that takes a page and returns a copy of the packages with the page's diffs applied."""
 
     def make(page: str) -> Path:
-        for package in ("symdyn", "slip", "rl", "hardware"):
+        for package in ("symdyn", "slip", "rl", "hardware", "symdyn_cli"):
             shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
         for number, diff in enumerate(blocks(page, "diff")):
             (tmp_path / f"{number}.diff").write_text(diff)
@@ -189,7 +189,7 @@ def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_cop
     record = json.loads((copy / "run" / "progress.jsonl").read_text())
     assert -0.2 <= record["reward/power"] < 0.0
     page = (DOCS / "howto/reward.md").read_text(encoding="utf-8")
-    test = re.search(r'title="tests/test_rewards.py"\n(.*?)```', page, re.DOTALL)[1]
+    test = re.search(r'title="tests/rl/task/test_rewards.py"\n(.*?)```', page, re.DOTALL)[1]
     head = "import math\nimport pytest\nimport torch\nfrom rl.task import rewards\n\nonly = torch.Tensor.item\n\n"
     (copy / "test_power.py").write_text(head + test)
     assert "1 passed" in python("-m", "pytest", "-q", "-p", "no:cacheprovider", "test_power.py", cwd=copy)

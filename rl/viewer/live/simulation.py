@@ -14,9 +14,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from rl.judging.simulate import Script, Segment, robot_of
-from rl.judging.simulate import _sample as sample
-from rl.judging.simulate import _standing as standing
+from rl.judging.simulate import Script, Segment, sample, sensed, standing
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.terrain import Terrain
@@ -26,8 +24,9 @@ from symdyn.errors import InvalidValue
 from symdyn.gait.library import Gait
 from symdyn.gait.timing import GRAVITY
 from symdyn.policy.driver import PolicyDriver
-from symdyn.policy.file import COMMANDS, Policy
-from symdyn.robot.frames import projected_gravity, yaw
+from symdyn.policy.file import Policy
+from symdyn.policy.metadata import COMMANDS
+from symdyn.robot.frames import yaw
 
 HISTORY_S = 4.0
 """s that are remembered: two windows of the strips."""
@@ -92,7 +91,7 @@ class LiveSimulation:
 
     def __init__(self, policy: Policy, seed: int = 0) -> None:
         self.policy = policy
-        self.robot = robot_of(policy)
+        self.robot = policy.robot
         self.gait: Gait = next(iter(policy.gaits.values()))
         self.velocity = (0.0, 0.0, 0.0)
         self.world = World()
@@ -159,10 +158,7 @@ class LiveSimulation:
     def step(self) -> None:
         """One control step; a fallen robot that has lain for long enough, or one at the edge, starts anew after it."""
         down = self.fell_at is not None
-        state = self._state
-        # a robot that diverged is not finite; it has fallen, and only the network must not choke on it
-        seen = (projected_gravity(_array(state.base_quat_w)), _array(state.joint_pos), _array(state.joint_vel))
-        targets = self.driver.act(*(np.nan_to_num(array) for array in seen))
+        targets = self.driver.act(sensed(self._state))
         self.physics.set_targets(self.policy.targets(np.zeros_like(self.driver.action)) if down else targets)
         for _ in range(self.physics.substeps):
             self.physics.substep()

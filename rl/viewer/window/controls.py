@@ -11,7 +11,8 @@ from rl.viewer.live.mixture import Mixture, gaits_of
 from rl.viewer.live.runner import Runner
 from rl.viewer.live.simulation import BUMPS, LiveSimulation, World
 from rl.viewer.panel.report import paragraph, readable
-from symdyn.policy.file import COMMANDS, Policy
+from symdyn.policy.file import Policy
+from symdyn.policy.metadata import COMMANDS
 
 FIRST_SPEED = 0.6
 """m/s; what the robot is told first."""

@@ -11,7 +11,7 @@ from hardware.robot_sim.rig import PlannedFault, Rig
 from hardware.robot_sim.scenarios import get_scenario
 from rl.pretrained import policy_path
 from symdyn.policy.file import Policy
-from symdyn_cli.robot_sim import go2
+from tests.hardware.robot_sim.simulated import go2
 
 STANDS_AFTER = 5.5
 """s from pressing R1 to a stand that has been checked, rounded up."""

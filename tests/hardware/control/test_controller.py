@@ -28,8 +28,8 @@ from symdyn.errors import InvalidValue
 from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.gait.phase import advance
 from symdyn.policy.driver import PolicyDriver
-from symdyn_cli.robot_sim import go2
 from tests.hardware.control.lockstep import STANDS_AFTER, shipped, until, world
+from tests.hardware.robot_sim.simulated import go2
 
 QUICK = Settings(stand=StandConfig(rise_s=0.8, ramp_s=0.2, settle_s=0.2, wiggle_s=0.1))
 """For tests of what comes after the stand."""

@@ -12,8 +12,8 @@ from hardware.control.settings import TICK_HZ, SafetyConfig
 from hardware.estimation.kinematics import JointLimits
 from hardware.wire.link import Received
 from hardware.wire.readings import Imu, Joints
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS
+from tests.robots import GO2
 
 N = len(JOINTS)
 SAFETY = SafetyConfig()

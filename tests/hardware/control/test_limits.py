@@ -12,8 +12,8 @@ from hardware.control.limits import damping, limited, target_range
 from hardware.control.settings import TICK_HZ, SafetyConfig, StandConfig
 from hardware.estimation.kinematics import JointLimits
 from hardware.wire.readings import Joints, Targets
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS
+from tests.robots import GO2
 
 N = len(JOINTS)
 SAFETY = SafetyConfig()

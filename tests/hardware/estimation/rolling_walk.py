@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from hardware.estimation.kinematics import LegKinematics
 from hardware.wire.readings import Imu, Joints
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
+from tests.robots import GO2
 
 UP_W = np.array([0.0, 0.0, 1.0])
 GRAVITY = 9.81

@@ -25,11 +25,11 @@ from hardware.wire.messages import state_estimator_lcmt
 from hardware.wire.readings import Imu, Joints
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.gait.timing import GRAVITY
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
-from symdyn_cli.robot_sim import go2
 from tests.hardware.estimation.rolling_walk import Motion, legs, walk
 from tests.hardware.robot_sim.robot_sim_runs import TrueSample, driven
+from tests.hardware.robot_sim.simulated import go2
+from tests.robots import GO2
 
 DT = 0.005
 STANDING = walk(Motion(sway=(0.0, 0.0, 0.0), tilt=(0.0, 0.0, 0.0)), DT, DT)[0]

@@ -16,9 +16,9 @@ import hardware.estimation.kinematics
 from hardware.estimation.kinematics import JointLimits, LegKinematics, rotation, skew
 from rl.physics.model import foot_site
 from symdyn.errors import FileProblem
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import LEG_JOINTS, LEGS
+from tests.robots import GO2
 
 SEEDS = range(10)
 

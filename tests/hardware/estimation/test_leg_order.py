@@ -16,11 +16,11 @@ from hardware.robot_sim.lockstep import Lockstep
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.scenarios import get_scenario
 from hardware.wire.readings import Imu, Joints
-from hardware.wire.sdk_order import SDK_LEGS
-from symdyn.robot.definition import GO2
-from symdyn.robot.legs import LEGS, UNITREE_LEGS
-from symdyn_cli.robot_sim import go2
+from hardware.wire.sdk_order import SDK_LEGS, UNITREE_LEGS
+from symdyn.robot.legs import LEGS
 from tests.hardware.control.lockstep import shipped, until
+from tests.hardware.robot_sim.simulated import go2
+from tests.robots import GO2
 
 KINEMATICS = LegKinematics(GO2)
 STANCE = np.array(GO2.default_joint_pos)

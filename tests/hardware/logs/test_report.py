@@ -11,20 +11,23 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from hardware.control.faults import FAULTS
+from hardware.control.settings import Settings
 from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import LegKinematics
 from hardware.logs.contents import read_contents
 from hardware.logs.observed import observe, summarise
 from hardware.logs.report import Analysis, analyse, write
+from hardware.running.session import Session
 from hardware.wire.channels import JOINTS
 from hardware.wire.event_log import LogWriter
 from hardware.wire.messages import leg_control_data_lcmt, state_estimator_lcmt
 from hardware.wire.sdk_order import JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.analysis.recording import Recording
+from symdyn.errors import FileProblem
 from symdyn.gait.library import LIBRARY
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
 from tests.hardware.logs.log_sessions import BEGIN, write_session
+from tests.robots import GO2
 from tests.symdyn.analysis.synthetic import recording
 
 DT = 0.005
@@ -39,7 +42,7 @@ def session(*gaits: str, seconds: float = 3.0, speed: float = 0.8) -> tuple[Reco
 
 
 def analysed(path: Path, settle_s: float = 1.0) -> Analysis:
-    return analyse(read_contents(path), settle_s, ContactConfig())
+    return analyse(read_contents(path), GO2, settle_s, ContactConfig())
 
 
 @pytest.fixture(scope="module")
@@ -199,3 +202,19 @@ class TestObserved:
         log = read_contents(self.still(tmp_path / "a.lcmlog", LEGS))
         for lacking in (replace(log, imu={}), replace(log, joints={}), replace(log, imu={}, joints={})):
             assert observe(lacking, LegKinematics(GO2), ContactConfig()) is None
+
+
+def test_a_log_of_another_robot_is_refused(tmp_path):
+    log = read_contents(write_session(tmp_path / "run.lcmlog", *session("trot", seconds=1.0)))
+    its = Session("policy.onnx", "", Settings(), False, 2, "unknown", robot="solo12")
+    with pytest.raises(FileProblem, match=r"run\.lcmlog: is of the robot 'solo12', not of 'go2'\."):
+        analyse(replace(log, session=its), GO2, 1.0, ContactConfig())
+
+
+def test_the_head_of_a_log_from_before_names_no_robot_and_is_of_the_go2():
+    message = Session("policy.onnx", "", Settings(), False, 2, "unknown", robot="solo12").message()
+    assert Session.of(message, "log").robot == "solo12"
+    head = json.loads(message.json)
+    del head["robot"]
+    message.json = json.dumps(head)
+    assert Session.of(message, "log").robot == "go2"

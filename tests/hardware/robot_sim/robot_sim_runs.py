@@ -16,9 +16,10 @@ from rl.pretrained import policy_path
 from symdyn.gait.library import get
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
+from symdyn.policy.observation import Sensed
 from symdyn.robot.frames import projected_gravity, to_heading
 from symdyn.robot.legs import LEGS
-from symdyn_cli.robot_sim import go2
+from tests.hardware.robot_sim.simulated import go2
 
 SECONDS, START, RAMP = 5.0, 0.3, 1.0
 _EVERY = (2, 3)  # of the robot's 2 ms between samples, in turn: 200 Hz
@@ -75,7 +76,14 @@ def driven(gait: str, command: tuple[float, float, float], seed: int) -> Run:
         joints, imu = Joints.of(robot.joints()), Imu.of(robot.imu())
         if step % round(meta.control_dt / PERIOD) == 0:
             driver.velocity[0] = np.array(command) * np.clip((step * PERIOD - START) / RAMP, 0.0, 1.0)
-            targets = driver.act(projected_gravity(imu.quat_w)[None], joints.pos[None], joints.vel[None])[0]
+            targets = driver.act(
+                Sensed(
+                    projected_gravity(imu.quat_w)[None],
+                    joints.pos[None],
+                    joints.vel[None],
+                    imu.angular_velocity_b[None],
+                )
+            )[0]
             robot.command(Targets(targets, meta.kp * gains, meta.kd * gains).message(step, 1))
         robot.step()
         driver.advance(PERIOD)

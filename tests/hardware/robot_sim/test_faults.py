@@ -17,10 +17,10 @@ from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, WrongM
 from hardware.wire.readings import Joints, Joystick, Targets
 from hardware.wire.sdk_order import SDK_JOINTS
 from symdyn.errors import InvalidValue, UnknownName
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS as JOINT_NAMES
 from symdyn.robot.legs import LEGS
-from symdyn_cli.robot_sim import go2
+from tests.hardware.robot_sim.simulated import go2
+from tests.robots import GO2
 
 BEGIN, END, TOTAL = 0.04, 0.1, 0.14  # s
 FIRST, LAST = round(BEGIN / PERIOD), round(END / PERIOD) - 1  # the first and the last period with the fault

@@ -14,8 +14,9 @@ from symdyn.analysis.recording import Recording
 from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
+from symdyn.policy.observation import Sensed
 from symdyn.robot.frames import projected_gravity
-from symdyn_cli.robot_sim import go2
+from tests.hardware.robot_sim.simulated import go2
 
 SPEED, START, SECONDS = 0.8, 0.5, 4.0
 
@@ -44,7 +45,11 @@ def driven(policy: Policy, gait: str, seed: int) -> dict[str, np.ndarray]:
     for step in range(round(SECONDS / meta.control_dt)):
         driver.velocity[0, 0] = SPEED if step * meta.control_dt >= START else 0.0
         joints, imu = Joints.of(robot.joints()), Imu.of(robot.imu())
-        action = driver.act(projected_gravity(imu.quat_w)[None], joints.pos[None], joints.vel[None])[0]
+        action = driver.act(
+            Sensed(
+                projected_gravity(imu.quat_w)[None], joints.pos[None], joints.vel[None], imu.angular_velocity_b[None]
+            )
+        )[0]
         robot.command(Targets(action, meta.kp * ones, meta.kd * ones).message(step, 1))
         for _ in range(round(meta.control_dt / PERIOD)):
             robot.step()

@@ -19,7 +19,7 @@ from hardware.robot_sim.target_monitor import MEMORY, TargetMonitor
 from hardware.wire.readings import BUTTONS, Joints, Joystick, Targets
 from symdyn.errors import UnknownName
 from symdyn.gait.library import PAPER_GAITS
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 LYING, UP = 0.1, 0.33
 SEEN_EVERY = 0.02  # s, in the scenarios: coarser than a period, to be quick

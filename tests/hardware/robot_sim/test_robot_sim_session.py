@@ -13,8 +13,8 @@ from hardware.robot_sim.session import STALL_S, Session
 from hardware.robot_sim.simulated_robot import PERIOD
 from hardware.wire.channels import JOINTS, TARGETS
 from hardware.wire.link import Link
-from symdyn_cli.robot_sim import go2
 from tests.hardware.lcm_urls import multicast_url
+from tests.hardware.robot_sim.simulated import go2
 
 
 class SlowRig(Rig):

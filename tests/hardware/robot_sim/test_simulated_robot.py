@@ -18,10 +18,10 @@ from hardware.wire.readings import Imu, Joints, Targets
 from hardware.wire.sdk_order import SDK_JOINTS, SDK_LEGS
 from rl.physics.batch import BatchPhysics
 from symdyn.errors import InvalidValue
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
-from symdyn_cli.robot_sim import go2
+from tests.hardware.robot_sim.simulated import go2
+from tests.robots import GO2
 
 G = 9.81
 ONES = np.ones(len(JOINTS))

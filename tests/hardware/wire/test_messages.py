@@ -93,7 +93,7 @@ def test_the_committed_classes_are_what_lcm_gen_makes(tmp_path):
     lcm_gen = Path(sys.executable).parent / "lcm-gen"
     sources = sorted(FOLDER.glob("*.lcm"))
     subprocess.run([lcm_gen, "-p", "--ppath", tmp_path, *sources], check=True)
-    made = tmp_path / "hardware" / "messages"
+    made = tmp_path / "hardware" / "wire" / "messages"
     names = [source.with_suffix(".py").name for source in sources]
     assert len(names) >= len(GOLDEN)
     assert filecmp.cmpfiles(made, FOLDER, names, shallow=False) == (names, [], [])

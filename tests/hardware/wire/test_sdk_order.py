@@ -8,7 +8,8 @@ import pytest
 from hardware.wire import sdk_order
 from hardware.wire.messages import leg_control_data_lcmt, state_estimator_lcmt
 from hardware.wire.readings import Imu, Joints, Targets
-from symdyn.robot.legs import JOINTS, LEGS, unitree_joint_name
+from hardware.wire.sdk_order import unitree_joint_name
+from symdyn.robot.legs import JOINTS, LEGS
 
 # unitree_sdk2, example/go2: FR_0 = 0, FR_1, FR_2, FL_0, ..., RL_2 = 11
 MOTORS = [

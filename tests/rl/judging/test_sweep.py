@@ -17,7 +17,7 @@ from symdyn.analysis import trials
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.file import Policy
-from symdyn.policy.observation import OBSERVATION
+from symdyn.policy.observation import LAYOUTS
 from tests.symdyn.policy.policy_files import swaying
 
 SMALL = SweepConfig(
@@ -71,7 +71,7 @@ def test_a_policy_under_other_curves_acts_alike(policy_file: Path) -> None:
     policy, curve = Policy.load(policy_file), TimingCurve(a_T=2.0, source="another")
     other = policy.with_timing(curve)
     assert (other.timing, policy.timing) == (curve, TimingCurve())
-    obs = np.random.default_rng(0).normal(size=(3, OBSERVATION.size))
+    obs = np.random.default_rng(0).normal(size=(3, LAYOUTS["paper"].size))
     np.testing.assert_array_equal(other.act(obs), policy.act(obs))
 
 

@@ -107,10 +107,6 @@ class TestRefused:
         edit(path, lambda d: d.update({1: 2}))
         assert_refused(path, "unknown settings: 1", "iterations")
 
-    def test_missing_keys(self, path: Path) -> None:
-        edit(path, lambda d: (d["env"]["commands"].pop("gaits"), d["env"]["commands"].pop("choose")))
-        assert_refused(path, "lacks the settings env.commands.gaits, env.commands.choose")
-
     @pytest.mark.parametrize(
         ("change", "words"),
         [

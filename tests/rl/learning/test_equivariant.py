@@ -25,8 +25,8 @@ from rl.task.privileged import PRIVILEGED, privileged_terms
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
+from tests.robots import GO2
 
 if TYPE_CHECKING:
     from rsl_rl.algorithms import PPO
@@ -39,7 +39,7 @@ GROUPS = ["policy", "privileged"]
 
 def image_of(group: str, observation: torch.Tensor, by_hand: type[MirroredByHand]) -> torch.Tensor:
     """The mirror image of an observation, term by term, written out."""
-    layout = OBSERVATION if group == "policy" else PRIVILEGED
+    layout = LAYOUTS["paper"] if group == "policy" else PRIVILEGED
     image = observation.clone()
     for name, part in layout.slices.items():
         x = observation[:, part]
@@ -70,10 +70,10 @@ def mirror(values: torch.Tensor, index: np.ndarray, sign: np.ndarray) -> torch.T
 @pytest.mark.parametrize("groups", [["policy"], ["privileged"], GROUPS, GROUPS[::-1]])
 def test_map_of_observation_groups_is_the_one_by_hand(groups: list[str], by_hand: type[MirroredByHand]) -> None:
     generator = torch.Generator().manual_seed(0)
-    size = {"policy": OBSERVATION.size, "privileged": PRIVILEGED.size}
+    size = {"policy": LAYOUTS["paper"].size, "privileged": PRIVILEGED.size}
     parts = [torch.randn((5, size[group]), generator=generator) for group in groups]
     expected = torch.cat([image_of(group, part, by_hand) for group, part in zip(groups, parts, strict=True)], dim=1)
-    assert torch.equal(mirror(torch.cat(parts, dim=1), *mirror_of_groups(groups)), expected)
+    assert torch.equal(mirror(torch.cat(parts, dim=1), *mirror_of_groups(groups, LAYOUTS["paper"])), expected)
 
 
 def test_map_of_actions_is_the_one_by_hand(by_hand: type[MirroredByHand]) -> None:
@@ -83,7 +83,7 @@ def test_map_of_actions_is_the_one_by_hand(by_hand: type[MirroredByHand]) -> Non
 
 @pytest.mark.parametrize("which", ["policy", "privileged", "actions"])
 def test_mirror_of_mirror_is_identity(which: str) -> None:
-    index, sign = mirror_of_actions() if which == "actions" else mirror_of_groups([which])
+    index, sign = mirror_of_actions() if which == "actions" else mirror_of_groups([which], LAYOUTS["paper"])
     x = torch.randn((5, len(index)), generator=torch.Generator().manual_seed(0))
     once = mirror(x, index, sign)
     assert torch.equal(mirror(once, index, sign), x)
@@ -107,7 +107,7 @@ def test_privileged_observation_of_the_mirrored_robot_is_the_mirrored_one(
         privileged_terms(real_states.image, flipped, by_hand.legs(phases), dynamics, 0.0194, default, 0.4)
     )
     # forces are the least exact: the feet's meshes are off the sagittal plane by 0.04 mm, alike on both sides
-    assert torch.allclose(mirror(original, *mirror_of_groups(["privileged"])), image, atol=5e-3)
+    assert torch.allclose(mirror(original, *mirror_of_groups(["privileged"], LAYOUTS["paper"])), image, atol=5e-3)
     assert not torch.allclose(original, image, atol=0.5)
 
 
@@ -118,7 +118,7 @@ def twins(go2_model: mujoco.MjModel, real_states: RealStates, by_hand: type[Mirr
     physics = BatchPhysics(copy.copy(go2_model), GO2, 2 * n, num_threads=1)
     commands = CommandConfig(velocity_y=(-0.5, 0.5), yaw_rate=(-1.0, 1.0))
     config = EnvConfig(randomization=NOMINAL, commands=commands, rewards=RewardConfig(exp_share=1.0))
-    env = GaitEnv(config, physics, TimingCurve())
+    env = GaitEnv(config, physics, TimingCurve(), GO2)
     physics.batch.qpos = np.concatenate([real_states.qpos, by_hand.qpos(real_states.qpos)])
     physics.batch.qvel = np.concatenate([real_states.qvel, by_hand.qvel(real_states.qvel)])
     physics.batch.qacc_warmstart = 0.0
@@ -244,13 +244,16 @@ def test_kl_divergence_is_still_zero_after_learning(twins: GaitEnv, by_hand: typ
 def small_network(invariant: bool = False) -> EquivariantMLP:
     torch.manual_seed(0)
     return EquivariantMLP(
-        mirror_of_groups(["policy"]), None if invariant else mirror_of_actions(), (40, 24), 1 if invariant else 12
+        mirror_of_groups(["policy"], LAYOUTS["paper"]),
+        None if invariant else mirror_of_actions(),
+        (40, 24),
+        1 if invariant else 12,
     )
 
 
 def test_hidden_sheets_change_places_under_the_mirror(by_hand: type[MirroredByHand]) -> None:
     # every layer by itself, not only the whole
-    x = torch.randn(10, OBSERVATION.size)
+    x = torch.randn(10, LAYOUTS["paper"].size)
     straight, mirrored = x, image_of("policy", x, by_hand)
     for layer in list(small_network())[:-1]:
         straight, mirrored = layer(straight), layer(mirrored)
@@ -264,7 +267,7 @@ def test_layers_are_the_formulas_in_their_docstrings(by_hand: type[MirroredByHan
     assert isinstance(lift, Lift)
     assert isinstance(sheets, Sheets)
     assert isinstance(project, Project)
-    x = torch.randn(10, OBSERVATION.size)
+    x = torch.randn(10, LAYOUTS["paper"].size)
     a, b = (nn.functional.linear(y, lift.weight, lift.bias) for y in (x, image_of("policy", x, by_hand)))
     assert torch.allclose(lift(x), torch.cat([a, b], dim=1), atol=1e-6)
     (p, q), c = sheets.weight, sheets.bias
@@ -278,7 +281,7 @@ def test_layers_are_the_formulas_in_their_docstrings(by_hand: type[MirroredByHan
 @pytest.mark.parametrize("invariant", [False, True])
 def test_plain_network_is_the_same_function(invariant: bool) -> None:
     network = small_network(invariant)
-    x = torch.randn(10, OBSERVATION.size)
+    x = torch.randn(10, LAYOUTS["paper"].size)
     assert torch.equal(network.plain()(x), network(x))
     tied, untied = (sum(p.numel() for p in net.parameters()) for net in (network, network.plain()))
     assert tied == pytest.approx(untied / 2, rel=0.02)
@@ -286,8 +289,8 @@ def test_plain_network_is_the_same_function(invariant: bool) -> None:
 
 def test_tied_weights_begin_as_spread_as_those_of_a_plain_network() -> None:
     sizes = (512, 256, 128)
-    tied = EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), sizes, 12).plain()
-    for ours, theirs in zip(tied, MLP(OBSERVATION.size, 12, sizes, "elu"), strict=True):
+    tied = EquivariantMLP(mirror_of_groups(["policy"], LAYOUTS["paper"]), mirror_of_actions(), sizes, 12).plain()
+    for ours, theirs in zip(tied, MLP(LAYOUTS["paper"].size, 12, sizes, "elu"), strict=True):
         if isinstance(theirs, nn.Linear):
             assert isinstance(ours, nn.Linear)
             assert ours.weight.std().item() == pytest.approx(theirs.weight.std().item(), rel=0.05)
@@ -297,14 +300,14 @@ def test_tied_weights_begin_as_spread_as_those_of_a_plain_network() -> None:
 @pytest.mark.parametrize("invariant", [False, True])
 def test_every_weight_learns(invariant: bool) -> None:
     network = small_network(invariant)
-    network(torch.randn(64, OBSERVATION.size)).square().sum().backward()
+    network(torch.randn(64, LAYOUTS["paper"].size)).square().sum().backward()
     for parameter in network.parameters():
         assert parameter.grad is not None
         assert float((parameter.grad.abs() > 0).float().mean()) > 0.9
 
 
 def test_learning_from_a_robot_is_learning_from_its_mirror_image(by_hand: type[MirroredByHand]) -> None:
-    x, target = torch.randn(64, OBSERVATION.size), torch.randn(64, 12)
+    x, target = torch.randn(64, LAYOUTS["paper"].size), torch.randn(64, 12)
     gradients = []
     for inputs, wanted in ((x, target), (image_of("policy", x, by_hand), by_hand.joints(target))):
         network = small_network()
@@ -316,4 +319,4 @@ def test_learning_from_a_robot_is_learning_from_its_mirror_image(by_hand: type[M
 
 def test_odd_widths_are_refused() -> None:
     with pytest.raises(InvalidValue, match="even widths"):
-        EquivariantMLP(mirror_of_groups(["policy"]), mirror_of_actions(), (32, 15), 12)
+        EquivariantMLP(mirror_of_groups(["policy"], LAYOUTS["paper"]), mirror_of_actions(), (32, 15), 12)

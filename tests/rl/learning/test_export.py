@@ -29,10 +29,10 @@ from symdyn.gait.timing import GRAVITY, TimingCurve
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import rebuild
 from symdyn.policy.file import METADATA_KEY, Policy
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
+from tests.robots import GO2
 
-OBS = torch.randn(100, OBSERVATION.size, generator=torch.Generator().manual_seed(1))
+OBS = torch.randn(100, LAYOUTS["paper"].size, generator=torch.Generator().manual_seed(1))
 CURVE = TimingCurve(a_T=1.0 / 3.0 + 2.0, source="a test")
 
 
@@ -164,7 +164,7 @@ class TestGood:
         older = checkpoint.list_checkpoints(run)[-2]
         policy = Policy.load(export_policy(run, checkpoints=(older,)))
         assert policy.metadata.training["samples"] == 2 * 16 * 8
-        obs = np.ones((1, OBSERVATION.size))
+        obs = np.ones((1, LAYOUTS["paper"].size))
         assert not np.array_equal(policy.act(obs), Policy.load(exported).act(obs))
 
     def test_of_several_checkpoints_the_mean_of_the_weights(self, run: Path) -> None:
@@ -212,8 +212,8 @@ class TestRefused:
         self.refused(run, "0000009.pt: does not exist", run / "checkpoints" / "0000009.pt")
 
     def test_bad_config(self, run: Path) -> None:
-        (run / run_dir.CONFIG).write_text("preset: cpu\n")
-        self.refused(run, "config.yaml: lacks the settings")
+        (run / run_dir.CONFIG).write_text("presets: cpu\n")
+        self.refused(run, "config.yaml: has unknown settings: presets")
 
     def test_other_layers_than_the_settings(self, run: Path) -> None:
         config = config_file.load(run / run_dir.CONFIG)

@@ -13,7 +13,7 @@ import torch
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 STAND = torch.from_numpy(GO2.default_joint_pos)
 

@@ -10,7 +10,7 @@ import torch
 
 from rl.physics.batch import BatchPhysics
 from rl.physics.protocol import Pose, RobotState
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 from tests.symdyn.robot.mirrored_by_hand import MirroredByHand
 
 

@@ -12,9 +12,9 @@ import torch
 from rl.physics.batch import BatchPhysics
 from rl.physics.protocol import Pose, RobotState
 from symdyn.errors import InvalidValue
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS, LEGS
 from tests.rl.physics.batches import STAND, bits, fresh_model, make, poses, some, standing, targets
+from tests.robots import GO2
 
 
 class PlainLoop:

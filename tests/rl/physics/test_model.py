@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib.metadata
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -18,9 +19,10 @@ import pytest
 
 from rl.physics.model import build_model, foot_site
 from symdyn.errors import FileProblem, ResourceProblem
-from symdyn.robot.definition import GO2
+from symdyn.robot.definition import JointLimit
 from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 
 GEAR = {"hip": 6.33, "thigh": 6.33, "calf": 6.33 * 45.43 / 23.7}
 
@@ -224,7 +226,7 @@ def tilt(data: mujoco.MjData) -> float:
 
 @pytest.mark.parametrize("seconds", [2.0, 20.0])
 def test_the_default_pose_stands(go2_model: mujoco.MjModel, seconds: float) -> None:
-    # the claim beside GO2.default_leg_pose
+    # the claim beside the stance in go2.toml
     data = held_in_the_default_pose(go2_model, seconds)
     assert data.qpos[2] == pytest.approx(0.35, abs=0.005)
     assert tilt(data) < 0.02
@@ -255,9 +257,37 @@ def test_with_an_example_robot_data_that_holds_no_robots(monkeypatch: pytest.Mon
 
 def test_with_a_robot_that_it_does_not_hold() -> None:
     with pytest.raises(FileProblem, match=r"none\.urdf: the description of go2 is missing"):
-        build_model(replace(GO2, urdf="go2_description/urdf/none.urdf"))
+        build_model(replace(GO2, urdf="example-robot-data:go2_description/urdf/none.urdf"))
+
+
+def test_with_a_description_that_does_not_exist(tmp_path: Path) -> None:
+    with pytest.raises(FileProblem, match=r"none\.urdf: the description of go2 does not exist"):
+        build_model(replace(GO2, urdf=str(tmp_path / "none.urdf")))
 
 
 def test_with_a_foot_that_the_urdf_does_not_have() -> None:
     with pytest.raises(FileProblem, match="has no link 'XX_foot' with a collision mesh"):
-        build_model(replace(GO2, foot_links=("XX_foot", *GO2.foot_links[1:])))
+        build_model(replace(GO2, legs=replace(GO2.legs, LH=replace(GO2.legs.LH, foot="XX_foot"))))
+
+
+def test_with_a_joint_that_the_urdf_does_not_have() -> None:
+    joints = ("XX_hip_joint", *GO2.legs.LH.joints[1:])
+    with pytest.raises(FileProblem, match="has no joint 'XX_hip_joint', which the robot file of go2 names"):
+        build_model(replace(GO2, legs=replace(GO2.legs, LH=replace(GO2.legs.LH, joints=joints))))
+
+
+def test_limits_of_the_robot_file_go_before_those_of_the_urdf() -> None:
+    name = GO2.joint_names[4]
+    model = build_model(replace(GO2, limits=(JointLimit(name, position=(-0.25, 0.75), torque=9.0),)))
+    usual = build_model(GO2)
+    assert model.joint(name).range == pytest.approx([-0.25, 0.75])
+    assert model.actuator(JOINTS[4]).forcerange == pytest.approx([-9.0, 9.0])
+    for joint in set(GO2.joint_names) - {name}:
+        assert np.array_equal(model.joint(joint).range, usual.joint(joint).range)
+
+
+def test_without_a_gear_ratio_no_joint_has_reflected_inertia() -> None:
+    model, usual = build_model(replace(GO2, gear_ratio=None)), build_model(GO2)
+    dofs = [model.joint(name).dofadr[0] for name in GO2.joint_names]
+    assert not model.dof_armature[dofs].any()
+    assert (usual.dof_armature[dofs] > 0.0).all()

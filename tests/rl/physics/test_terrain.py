@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rl.physics.model import FLOOR, build_model
 from rl.physics.terrain import Terrain
 from symdyn.errors import InvalidValue
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 SMALL = Terrain(amplitude=0.04, bump=0.25, cell=0.05, half_size=2.0, seed=3)
 

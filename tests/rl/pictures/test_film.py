@@ -24,9 +24,9 @@ from symdyn.errors import InvalidValue
 from symdyn.figures.plots import LEG_COLOURS
 from symdyn.gait.library import get
 from symdyn.policy.file import Policy
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
 from tests.rl.pictures.headless import rendering_or_skip
+from tests.robots import GO2
 from tests.symdyn.analysis.synthetic import recording
 from tests.symdyn.policy.policy_files import swaying
 

@@ -15,9 +15,9 @@ from rl.physics.model import foot_site
 from rl.pictures.visual_model import HIDDEN_GROUP, VISUAL_GROUP, build_visual_model
 from symdyn.errors import FileProblem
 from symdyn.figures.plots import LEG_COLOURS
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import robots_folder
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 
 
 @pytest.fixture(scope="module")

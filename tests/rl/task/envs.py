@@ -16,7 +16,7 @@ from rl.physics.model import build_model
 from rl.task.commands import CommandConfig
 from rl.task.env import EnvConfig, GaitEnv
 from symdyn.gait.timing import TimingCurve
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 LIVELY = CommandConfig(
     velocity_first_s=(0.1, 0.3), velocity_again_s=(0.1, 0.3), gait_first_s=(0.1, 0.3), gait_again_s=(0.1, 0.3)
@@ -31,7 +31,7 @@ def compiled() -> mujoco.MjModel:
 
 def make(n: int = 4, seed: int = 0, num_threads: int = 1, dump_dir: Path | None = None, **config: Any) -> GaitEnv:
     physics = BatchPhysics(copy.copy(compiled()), GO2, n, num_threads)
-    return GaitEnv(EnvConfig(**config), physics, TimingCurve(), seed=seed, dump_dir=dump_dir)
+    return GaitEnv(EnvConfig(**config), physics, TimingCurve(), GO2, seed=seed, dump_dir=dump_dir)
 
 
 def physics_of(env: GaitEnv) -> BatchPhysics:

@@ -17,7 +17,7 @@ from rl.task.env import GaitEnv
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 INITIAL = RewardConfig()
 FINAL = RewardConfig(temporal=0.35, force_rate=0.021, velocity_filter=1.0, exp_share=1.0)
@@ -63,7 +63,7 @@ def test_bad_spans(span: tuple[float, float]) -> None:
 
 def test_the_environment_rewards_by_it() -> None:
     def rewards(config, samples: int) -> torch.Tensor:
-        env = GaitEnv(config, BatchPhysics(build_model(GO2), GO2, 4, 1), TimingCurve(), seed=1)
+        env = GaitEnv(config, BatchPhysics(build_model(GO2), GO2, 4, 1), TimingCurve(), GO2, seed=1)
         env.set_progress(samples)
         return torch.stack([env.step(torch.zeros(4, 12))[1] for _ in range(5)])
 

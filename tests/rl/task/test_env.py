@@ -19,10 +19,10 @@ from rl.task.privileged import PRIVILEGED
 from rl.task.rewards import RewardConfig
 from rl.task.termination import TerminationConfig, fallen
 from symdyn.errors import InvalidValue
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
 from symdyn.robot.frames import yaw
 from tests.rl.task.envs import LIVELY, bits, compiled, make, physics_of, random_actions, trajectory
+from tests.robots import GO2
 
 # determinism
 
@@ -111,7 +111,7 @@ def test_without_time_reversal_backward_robots_have_the_forward_clock() -> None:
     assert torch.allclose(full.leg_phases()[~backward], forward_clock[~backward], atol=1e-6)
     assert torch.allclose(full.leg_phases()[backward], 1.0 - forward_clock[backward], atol=1e-6)
     # and the policy is told so
-    clock = OBSERVATION.slices["clock_sin"]
+    clock = LAYOUTS["paper"].slices["clock_sin"]
     told, told_ablated = (env.get_observations()["policy"][:, clock] for env in (full, ablated))
     assert torch.allclose(told[backward], -told_ablated[backward], atol=1e-5)
     assert torch.equal(told[~backward], told_ablated[~backward])
@@ -130,7 +130,7 @@ def test_a_time_out_ends_the_episode_at_episode_s() -> None:
         assert done.tolist() == [int(ends)] * 3
         assert extras["time_outs"].tolist() == [float(ends)] * 3
         assert env.episode_length_buf.tolist() == [step % 15] * 3
-        last_action = obs["policy"][:, OBSERVATION.slices["last_action"]]
+        last_action = obs["policy"][:, LAYOUTS["paper"].slices["last_action"]]
         assert torch.equal(last_action, torch.zeros(3, 12) if ends else action)
         assert torch.equal(env.commands.velocity, velocity) != ends  # a new episode brings new commands
     assert float(env.physics.read().base_pos_w[:, 2].min()) > 0.3
@@ -160,7 +160,7 @@ def test_a_fallen_robot_is_reset_alone() -> None:
     state = fallen_one.physics.read()
     assert float(state.base_pos_w[2, 2]) == pytest.approx(0.4)
     assert not fallen(state, TerminationConfig()).any()
-    assert not a_obs["policy"][2, OBSERVATION.slices["last_action"]].any()
+    assert not a_obs["policy"][2, LAYOUTS["paper"].slices["last_action"]].any()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])

@@ -14,9 +14,9 @@ from rl.physics.randomization import NOMINAL
 from rl.task.commands import CommandConfig
 from rl.task.env import ResetConfig
 from rl.task.privileged import PRIVILEGED
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
 from tests.rl.task.envs import LIVELY, bits, make, random_actions
+from tests.robots import GO2
 
 
 def test_observation_is_what_the_robot_and_the_command_say() -> None:
@@ -24,7 +24,7 @@ def test_observation_is_what_the_robot_and_the_command_say() -> None:
     for action in random_actions(5, 10, scale=0.3):
         obs, _, done, _ = env.step(action.clone())
         assert not done.any()
-        state, part = env.physics.read(), {name: obs["policy"][:, s] for name, s in OBSERVATION.slices.items()}
+        state, part = env.physics.read(), {name: obs["policy"][:, s] for name, s in LAYOUTS["paper"].slices.items()}
         body = Rotation.from_quat(state.base_quat_w.numpy(), scalar_first=True).inv()
         np.testing.assert_allclose(part["projected_gravity_b"], body.apply([0.0, 0.0, -1.0]), atol=1e-6)
         np.testing.assert_allclose(part["joint_pos_rel"], state.joint_pos.numpy() - GO2.default_joint_pos, atol=1e-6)
@@ -55,7 +55,7 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
     amplitude = {"projected_gravity_b": 0.05, "joint_pos_rel": 0.01, "joint_vel": 1.5 * 0.05}
     for name, bound in amplitude.items():
         clean = torch.tensor([0.0, 0.0, -1.0]) if name == "projected_gravity_b" else torch.zeros(12)
-        noise = obs[:, OBSERVATION.slices[name]] - clean
+        noise = obs[:, LAYOUTS["paper"].slices[name]] - clean
         assert kstest(noise.flatten().numpy(), "uniform", (-bound, 2 * bound)).pvalue > 1e-4
         for column in noise.T:
             assert -bound - 1e-6 <= float(column.min()) < -0.95 * bound
@@ -63,7 +63,7 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
         correlation = np.corrcoef(noise.numpy().T)
         assert np.abs(correlation - np.eye(len(correlation))).max() < 0.25  # each number has noise of its own
     quiet = make(n, randomization=NOMINAL, commands=CommandConfig(offset_noise=0.0)).get_observations()["policy"]
-    for name, part in OBSERVATION.slices.items():
+    for name, part in LAYOUTS["paper"].slices.items():
         if name == "last_action":
             assert not obs[:, part].any()
         elif name not in amplitude:
@@ -79,7 +79,7 @@ def test_no_number_of_the_observations_is_constant_but_the_commands_that_are() -
         for group, rows in seen.items():
             rows.append(obs[group])
     constant = set()
-    for group, layout in (("policy", OBSERVATION), ("privileged", PRIVILEGED)):
+    for group, layout in (("policy", LAYOUTS["paper"]), ("privileged", PRIVILEGED)):
         spread = torch.stack(seen[group]).flatten(0, 1).std(dim=0)
         labels = [f"{term.name}.{label}" for term in layout.terms for label in term.labels]
         constant |= {label for label, value in zip(labels, spread.tolist(), strict=True) if value < 1e-6}

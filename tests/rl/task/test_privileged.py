@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from rl.task.privileged import PRIVILEGED
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.observation import LAYOUTS
 from tests.rl.task.envs import LIVELY, compiled, make, physics_of, random_actions
+from tests.robots import GO2
 
 
 def test_privileged_observation_is_what_the_simulator_knows() -> None:
@@ -28,5 +28,5 @@ def test_privileged_observation_is_what_the_simulator_knows() -> None:
     np.testing.assert_allclose(part["dynamics"][:, 0], mass, atol=1e-5)
     # without the noise of the policy's
     np.testing.assert_allclose(part["joint_pos_rel"], state.joint_pos.numpy() - GO2.default_joint_pos, atol=1e-6)
-    noisy = obs["policy"][:, OBSERVATION.slices["joint_pos_rel"]]
+    noisy = obs["policy"][:, LAYOUTS["paper"].slices["joint_pos_rel"]]
     assert 0.0 < float((noisy - part["joint_pos_rel"]).abs().max()) <= 0.01 + 1e-6

@@ -16,7 +16,7 @@ from rl.task import rewards
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import get
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 if TYPE_CHECKING:
     from rl.physics.protocol import RobotState

@@ -24,8 +24,8 @@ from symdyn.figures.plots import LEG_COLOURS
 from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.file import Policy
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 from tests.symdyn.analysis.synthetic import recording
 
 DT = 0.005

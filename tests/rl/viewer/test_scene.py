@@ -15,8 +15,8 @@ from rl.viewer.scene.follow import Follower
 from rl.viewer.scene.view import Scene
 from rl.viewer.shown import Pose
 from rl.viewer.window.server import serving
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEGS
+from tests.robots import GO2
 
 STANDING = np.ones(len(LEGS), dtype=bool)
 

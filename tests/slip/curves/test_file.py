@@ -16,6 +16,7 @@ from slip.curves.fit import TimingPoints, fit_curves
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.files import read_json
+from tests.robots import GO2
 
 
 def fitted(a_T: float, groups: tuple[str, str], summary: str, **more: Any) -> FittedCurve:
@@ -93,11 +94,11 @@ def test_each_fit_has_its_own_data_and_goodness(tmp_path: Path) -> None:
 
 def test_a_training_run_takes_the_active_curve_and_keeps_a_copy(tmp_path: Path) -> None:
     path = saved(tmp_path, passive=PASSIVE, calibrated=CALIBRATED)
-    curve = run_dir.timing(tmp_path / "run", path)
+    curve = run_dir.timing(tmp_path / "run", path, GO2)
     assert curve == CALIBRATED.timing("calibrated")
-    run_dir.begin(tmp_path / "run", curve, {"commit": "unknown"})
+    run_dir.begin(tmp_path / "run", GO2, curve, {"commit": "unknown"})
     path.unlink()
-    assert run_dir.timing(tmp_path / "run", path) == curve
+    assert run_dir.timing(tmp_path / "run", path, GO2) == curve
 
 
 def test_absurd_constants_are_not_written(tmp_path: Path) -> None:

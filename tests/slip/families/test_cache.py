@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from slip.cli.shipped import wanted
+from slip.families import cache as diagram_cache
 from slip.families.branch import Branch, Diagram, Junction
 from slip.families.cache import SHIPPED, cache_folder, explored, key, solver_modules
 from slip.families.continuation import StepConfig
 from slip.families.explore import ExploreConfig
-from slip.families import cache as diagram_cache
 from slip.model.parameters import REFERENCE, SlipParameters
 from tests.slip.orbits.stored_orbits import orbit
 

@@ -20,9 +20,9 @@ from slip.robot.quadruped import Leg, Quadruped
 from slip.robot.urdf import load_urdf
 from symdyn.errors import InvalidValue, SymdynError
 from symdyn.gait.timing import GRAVITY
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 from tests.slip.robot.robots import every_robot, load_body_once, load_robot_once, other_urdf
 
 LATERAL = np.array([0.0, 1.0, 0.0])

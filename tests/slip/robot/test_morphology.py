@@ -20,9 +20,9 @@ from slip.robot.morphology import Element, Morphology, Tolerances, find_morpholo
 from slip.robot.quadruped import BASE_VELOCITIES, Quadruped
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.gait.symmetry import K4, PAIRS, pair_joint_signs
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn.robot.legs import JOINTS, LEG_JOINT_AXES_B, LEG_JOINTS, LEGS, is_left
+from tests.robots import GO2
 
 NAMES = tuple(g.name for g in K4)
 ROBOTS = tuple(sorted(set(KNOWN_ROBOTS) - {"anymal"}))  # which is another name of anymal_b

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError, UnknownName
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 from tests.slip.robot.robots import FEET, every_robot, load_robot_once, other_urdf
 
 

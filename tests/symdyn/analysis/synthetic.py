@@ -8,8 +8,8 @@ from symdyn.analysis.recording import Recording
 from symdyn.gait.library import Gait
 from symdyn.gait.phase import advance, in_swing, leg_phase
 from symdyn.gait.timing import GRAVITY, TimingCurve
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import LEG_JOINTS, LEGS, is_left
+from tests.robots import GO2
 
 MASS = 15.0
 

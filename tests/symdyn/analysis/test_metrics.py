@@ -11,8 +11,8 @@ from symdyn.analysis.footfall import Strides, cut_strides, touchdowns
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.gait.library import LIBRARY
 from symdyn.gait.timing import GRAVITY, TimingCurve
-from symdyn.robot.definition import GO2
 from symdyn.robot.legs import JOINTS, LEGS
+from tests.robots import GO2
 from tests.symdyn.analysis.synthetic import MASS, recording
 
 every_gait = pytest.mark.parametrize("name", LIBRARY)

@@ -30,9 +30,9 @@ from symdyn.gait.symmetry import (
     phase_groups,
     time_reversed,
 )
-from symdyn.robot.definition import GO2
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import LEGS
+from tests.robots import GO2
 
 by_name = pytest.mark.parametrize("g", K4, ids=lambda g: g.name)
 thetas = arrays(np.float64, 4, elements=st.floats(0.0, 1.0, exclude_max=True))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.gait.timing import TimingCurve
-from symdyn.robot.definition import GO2
+from tests.robots import GO2
 
 PAPER = TimingCurve()
 

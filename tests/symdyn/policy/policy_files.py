@@ -10,10 +10,11 @@ from onnx import TensorProto, helper, numpy_helper
 
 from symdyn.gait.library import LIBRARY
 from symdyn.gait.timing import GRAVITY, TimingCurve
-from symdyn.policy.file import METADATA_KEY, PolicyMetadata
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.file import METADATA_KEY
+from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.observation import LAYOUTS
 from symdyn.robot.legs import JOINTS
+from tests.robots import GO2
 
 
 def swaying(path: Path, amount: float = 0.03, seed: int = 0) -> Path:
@@ -34,14 +35,14 @@ def swaying(path: Path, amount: float = 0.03, seed: int = 0) -> Path:
         control_dt=GO2.control_dt,
         leg_length=GO2.leg_length,
         gravity=GRAVITY,
-        observation=tuple(OBSERVATION.as_list()),
+        observation=LAYOUTS["paper"],
         gaits=dict(LIBRARY),
         timing=TimingCurve(),
         command_range={"velocity_x": (-2.0, 2.0), "velocity_y": (0.0, 0.0), "yaw_rate": (0.0, 0.0)},
         time_reversal=True,
         training={"commit": "unknown", "config": {}, "samples": 0, "seed": seed},
     )
-    shape = (OBSERVATION.size, len(JOINTS))
+    shape = (LAYOUTS["paper"].size, len(JOINTS))
     weight = amount * np.random.default_rng(seed).normal(size=shape)
     graph = helper.make_graph(
         [helper.make_node("MatMul", ["obs", "weight"], ["actions"])],

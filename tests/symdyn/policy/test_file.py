@@ -20,13 +20,14 @@ import symdyn.policy.file
 from symdyn.errors import FileProblem, InvalidValue, PolicyMismatch, SymdynError
 from symdyn.gait.library import LIBRARY
 from symdyn.gait.timing import GRAVITY, TimingCurve
-from symdyn.policy.file import METADATA_KEY, Policy, PolicyMetadata
-from symdyn.policy.observation import OBSERVATION
-from symdyn.robot.definition import GO2
+from symdyn.policy.file import METADATA_KEY, Policy
+from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.observation import LAYOUTS
 from symdyn.robot.legs import JOINTS
+from tests.robots import GO2
 
 RNG = np.random.default_rng(0)
-WEIGHT = RNG.normal(size=(OBSERVATION.size, len(JOINTS))).astype(np.float32)
+WEIGHT = RNG.normal(size=(LAYOUTS["paper"].size, len(JOINTS))).astype(np.float32)
 BIAS = RNG.normal(size=len(JOINTS)).astype(np.float32)
 
 METADATA = PolicyMetadata(
@@ -39,7 +40,7 @@ METADATA = PolicyMetadata(
     control_dt=GO2.control_dt,
     leg_length=GO2.leg_length,
     gravity=GRAVITY,
-    observation=tuple(OBSERVATION.as_list()),
+    observation=LAYOUTS["paper"],
     gaits={name: LIBRARY[name] for name in ("trot", "half_bound_left")},
     timing=TimingCurve(a_T=1.0 / 3.0, source="a test"),
     command_range={"velocity_x": (-2.0, 0.1 + 0.2), "velocity_y": (0.0, 0.0), "yaw_rate": (-1.0, 1.0)},
@@ -49,7 +50,7 @@ METADATA = PolicyMetadata(
 
 
 def network(
-    inputs: tuple[str, int, Any, int] = ("obs", TensorProto.FLOAT, "N", OBSERVATION.size),
+    inputs: tuple[str, int, Any, int] = ("obs", TensorProto.FLOAT, "N", LAYOUTS["paper"].size),
     outputs: tuple[str, int, Any, int] = ("actions", TensorProto.FLOAT, "N", len(JOINTS)),
     weight: np.ndarray = WEIGHT,
 ) -> onnx.ModelProto:
@@ -105,7 +106,7 @@ def assert_refused(path: Path, kind: type[SymdynError], *words: str) -> None:
 class TestGood:
     def test_acts_as_the_network_does(self, path: Path) -> None:
         policy = Policy.load(write(path))
-        obs = RNG.normal(size=(7, OBSERVATION.size))
+        obs = RNG.normal(size=(7, LAYOUTS["paper"].size))
         actions = policy.act(obs)
         assert actions.shape == (7, 12)
         assert actions.dtype == np.float32
@@ -113,21 +114,21 @@ class TestGood:
 
     def test_rows_do_not_depend_on_the_batch(self, path: Path) -> None:
         policy = Policy.load(write(path))
-        obs = RNG.normal(size=(7, OBSERVATION.size)).astype(np.float32)
+        obs = RNG.normal(size=(7, LAYOUTS["paper"].size)).astype(np.float32)
         together = policy.act(obs)
         for row, wanted in zip(obs, together, strict=True):
             np.testing.assert_allclose(policy.act(row[None])[0], wanted, rtol=1e-5, atol=1e-5)
 
     def test_actions_are_fresh_and_repeatable(self, path: Path) -> None:
         policy = Policy.load(write(path))
-        first = policy.act(np.ones((2, OBSERVATION.size)))
+        first = policy.act(np.ones((2, LAYOUTS["paper"].size)))
         kept = first.copy()
         first += 1.0
-        np.testing.assert_array_equal(policy.act(np.ones((2, OBSERVATION.size))), kept)
+        np.testing.assert_array_equal(policy.act(np.ones((2, LAYOUTS["paper"].size))), kept)
 
     def test_a_strided_view_is_as_good_as_a_copy(self, path: Path) -> None:
         policy = Policy.load(write(path))
-        wide = RNG.normal(size=(OBSERVATION.size, 6)).astype(np.float32)
+        wide = RNG.normal(size=(LAYOUTS["paper"].size, 6)).astype(np.float32)
         np.testing.assert_array_equal(policy.act(wide.T[::2]), policy.act(wide.T[::2].copy()))
 
     def test_targets(self, path: Path) -> None:
@@ -155,14 +156,14 @@ class TestGood:
             Policy.load(write(path)).targets(np.zeros(shape))
 
     def test_a_not_finite_observation_does_not_pass_as_an_action(self, path: Path) -> None:
-        obs = np.zeros((1, OBSERVATION.size))
+        obs = np.zeros((1, LAYOUTS["paper"].size))
         obs[0, 5] = math.nan
         assert np.isnan(Policy.load(write(path)).act(obs)).all()
 
     def test_nothing_heavy_is_imported(self, path: Path) -> None:
         code = (
             "import sys; from pathlib import Path; from symdyn.policy.file import Policy; import numpy as np;"
-            f"Policy.load(Path({str(write(path))!r})).act(np.zeros((1, {OBSERVATION.size})));"
+            f"Policy.load(Path({str(write(path))!r})).act(np.zeros((1, {LAYOUTS['paper'].size})));"
             "print(sorted({'torch', 'mujoco', 'onnx', 'casadi', 'pinocchio', 'rl', 'tensordict'} & set(sys.modules)))"
         )
         found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -265,8 +266,8 @@ class TestMismatch:
         write(path, metadata=edited(lambda d: d.update(joint_names=names)))
         assert_refused(path, PolicyMismatch, "number 4", "'FR_thigh_joint'", "'FL_thigh_joint'")
 
-    @pytest.mark.parametrize("change", ["order", "scale", "name", "size", "shorter"])
-    def test_another_layout(self, path: Path, change: str) -> None:
+    @pytest.mark.parametrize("change", ["order", "scale", "shorter", "extended"])
+    def test_another_layout_of_known_terms_is_the_files_own(self, path: Path, change: str) -> None:
         def edit(data: dict[str, Any]) -> None:
             terms = data["observation"]
             match change:
@@ -274,15 +275,38 @@ class TestMismatch:
                     terms[1], terms[2] = terms[2], terms[1]
                 case "scale":
                     terms[2]["scale"] = 1.0
+                case "shorter":
+                    terms.pop()
+                case "extended":
+                    data["observation"] = LAYOUTS["extended"].as_list()
+
+        size = {"shorter": 50, "extended": 59}.get(change, 52)
+        weight = RNG.normal(size=(size, len(JOINTS))).astype(np.float32)
+        graph = network(inputs=("obs", TensorProto.FLOAT, "N", size), weight=weight)
+        text = edited(edit)
+        policy = Policy.load(write(path, graph, metadata=text))
+        assert policy.metadata.observation.as_list() == json.loads(text)["observation"]
+        obs = RNG.normal(size=(3, size))
+        np.testing.assert_allclose(policy.act(obs), obs.astype(np.float32) @ weight + BIAS, rtol=1e-5, atol=1e-5)
+
+    @pytest.mark.parametrize("change", ["name", "size", "twice"])
+    def test_a_layout_that_cannot_be_supplied(self, path: Path, change: str) -> None:
+        def edit(data: dict[str, Any]) -> None:
+            terms = data["observation"]
+            match change:
                 case "name":
                     terms[0]["name"] = "projected_gravity"
                 case "size":
                     terms[0]["size"], terms[1]["size"] = 2, 13
-                case "shorter":
-                    terms.pop()
+                case "twice":
+                    terms.append(terms[0])
 
         write(path, metadata=edited(edit))
-        assert_refused(path, PolicyMismatch, "observes", "joint_vel (12, x0.05)")
+        assert_refused(path, PolicyMismatch, "observes", "'projected_gravity")
+
+    def test_a_network_of_another_size_than_its_layout(self, path: Path) -> None:
+        write(path, metadata=edited(lambda d: d["observation"].pop()))
+        assert_refused(path, FileProblem, "input", "50")
 
     def test_another_gravity(self, path: Path) -> None:
         write(path, metadata=edited(lambda d: d.update(gravity=9.8)))

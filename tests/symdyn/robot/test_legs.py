@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.wire.sdk_order import unitree_joint_name
 from symdyn.errors import SymdynError
-from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS, is_front, is_left, permutation, unitree_joint_name
+from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS, is_front, is_left, permutation
 
 
 def test_orders_are_the_papers() -> None:
@@ -42,8 +43,8 @@ def test_unitree_names_are_where_the_legs_are() -> None:
     # x forward, y left in the URDF: the hip of LH is behind and to the left
     import pinocchio
 
-    from symdyn.robot.definition import GO2
     from symdyn.robot.descriptions import urdf_path
+    from tests.robots import GO2
 
     model = pinocchio.buildModelFromUrdf(str(urdf_path(GO2)))
     for leg in LEGS:
