@@ -30,9 +30,9 @@ $(VENV)/installed: pyproject.toml constraints.txt
 demo: install
 	$(BIN)/symdyn demo --out out/demo
 
-# files in parallel; then, alone, what runs by the clock
+# files in parallel, slow ones first (not those of many tests); then, alone, what runs by the clock
 test: install
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not realtime"
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not realtime"
 	$(BIN)/python -m pytest -m realtime
 
 # what one runs while editing: no browser, no renderer, no process by the clock (tests/conftest.py)

@@ -87,17 +87,23 @@ SLOW = frozenset(
         "test_velocity.py",
     }
 )
-"""Files and tests that ``make test-quick`` leaves out: marked ``slow``. A file takes a dozen seconds or more, or needs a
-browser, a renderer or other processes."""
+"""Files and tests that ``make test-quick`` leaves out: marked ``slow``. A file takes a dozen seconds or more, or needs
+a browser, a renderer or other processes."""
+
+
+def among(item: pytest.Item, names: frozenset[str]) -> bool:
+    """Whether the names have a test's file, or the test as ``file::test``."""
+    return not names.isdisjoint((item.path.name, f"{item.path.name}::{item.name.partition('[')[0]}"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        file, test = item.path.name, item.name.partition("[")[0]
-        if file in REAL_TIME:
+        if among(item, REAL_TIME):
             item.add_marker(pytest.mark.realtime)
-        if file in SLOW or f"{file}::{test}" in SLOW:
+        if among(item, SLOW):
             item.add_marker(pytest.mark.slow)
+    # slow files first: where files go to processes, the last ones are then short, and no process waits for another
+    items.sort(key=lambda item: item.path.name not in SLOW)
 
 
 @pytest.fixture(scope="session")
