@@ -7,16 +7,17 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
 # pip compiles nothing (a minute less), so Python has to keep what it compiles: torch anew takes every process 3 s
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help install demo test check docs bench messages clean
+.PHONY: help install demo test test-quick check docs bench messages clean
 
 help:
-	@echo "make demo     install, judge the policy that comes with symdyn, write out/demo/report.md"
-	@echo "make test     install, run every test"
-	@echo "make install  only install, into $(VENV)"
-	@echo "make check    ruff, pyright, import-linter"
-	@echo "make docs     the documentation as a site, into out/site"
-	@echo "make bench    speed and memory, as ratios within one run, into out/bench.json"
-	@echo "make clean    remove $(VENV) and out/"
+	@echo "make demo        install, judge the policy that comes with symdyn, write out/demo/report.md"
+	@echo "make test        install, run every test"
+	@echo "make test-quick  install, run the tests that are fast: what one runs while editing"
+	@echo "make install     only install, into $(VENV)"
+	@echo "make check       ruff, pyright, import-linter"
+	@echo "make docs        the documentation as a site, into out/site"
+	@echo "make bench       speed and memory, as ratios within one run, into out/bench.json"
+	@echo "make clean       remove $(VENV) and out/"
 
 install: $(VENV)/installed
 
@@ -29,10 +30,14 @@ $(VENV)/installed: pyproject.toml constraints.txt
 demo: install
 	$(BIN)/symdyn demo --out out/demo
 
-# files in parallel; then, alone, what runs by the clock
+# files in parallel, slow ones first (not those of many tests); then, alone, what runs by the clock
 test: install
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not realtime"
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not realtime"
 	$(BIN)/python -m pytest -m realtime
+
+# what one runs while editing: no browser, no renderer, no process by the clock (tests/conftest.py)
+test-quick: install
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not realtime"
 
 check: install
 	$(BIN)/ruff check .

@@ -7,6 +7,8 @@ import os
 # before anything imports torch: the tests' tensors are small, and idle threads that spin slow everything else down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+# and a process that the tests start would otherwise compile torch anew, which takes it 15 s
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import signal
 from collections.abc import Iterator
@@ -48,11 +50,60 @@ REAL_TIME = frozenset(
 )
 """Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
 
+SLOW = frozenset(
+    {
+        "test_bad_input.py::test_a_process_of_its_own_says_it_on_standard_error_with_exit_code_2",
+        "test_command_line.py",
+        "test_contact.py",
+        "test_controller.py",
+        "test_curves_commands.py",
+        "test_docs.py",
+        "test_experiments.py::test_gaits_has_a_number_for_every_gait_and_speed_and_its_targets_are_their_extremes",
+        "test_experiments.py::test_reversal_compares_the_same_speeds_both_ways",
+        "test_experiments.py::test_terrain_and_robustness_see_a_policy_that_falls_and_one_that_does_not",
+        "test_experiments.py::test_the_ablation_takes_every_policy_and_policies_that_are_alike_come_out_alike",
+        "test_experiments.py::test_the_cost_of_transport_is_a_mean_over_gaits_at_the_papers_speeds",
+        "test_experiments.py::test_the_path_of_mixtures_passes_through_the_named_gaits",
+        "test_experiments.py::test_transitions_try_every_ordered_pair_and_the_table_counts_them",
+        "test_experiments.py::test_velocity_and_gaits_agree_with_the_evaluation_of_the_same_episodes",
+        "test_explore.py::test_a_family_that_does_not_exist_is_named_with_the_reason",
+        "test_explore.py::test_a_torso_that_is_not_symmetric",
+        "test_explore.py::test_a_trot_exists_where_legs_swing_slowly_and_springs_are_stiff",
+        "test_explore.py::test_families_that_no_junction_leads_to_are_carried_over",
+        "test_export.py",
+        "test_figures.py",
+        "test_film.py",
+        "test_headless_gl.py",
+        "test_identify.py",
+        "test_leg_order.py::test_no_other_order_of_the_legs_passes_the_stand",
+        "test_live.py",
+        "test_notebooks.py",
+        "test_parallel.py",
+        "test_play_command.py",
+        "test_record_command.py",
+        "test_slip_commands.py",
+        "test_sweep_command.py",
+        "test_trainer.py",
+        "test_velocity.py",
+    }
+)
+"""Files and tests that ``make test-quick`` leaves out: marked ``slow``. A file takes a dozen seconds or more, or needs
+a browser, a renderer or other processes."""
+
+
+def among(item: pytest.Item, names: frozenset[str]) -> bool:
+    """Whether the names have a test's file, or the test as ``file::test``."""
+    return not names.isdisjoint((item.path.name, f"{item.path.name}::{item.name.partition('[')[0]}"))
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.name in REAL_TIME:
+        if among(item, REAL_TIME):
             item.add_marker(pytest.mark.realtime)
+        if among(item, SLOW):
+            item.add_marker(pytest.mark.slow)
+    # slow files first: where files go to processes, the last ones are then short, and no process waits for another
+    items.sort(key=lambda item: item.path.name not in SLOW)
 
 
 @pytest.fixture(scope="session")

@@ -12,10 +12,10 @@ from symdyn_cli.main import main
 Done = subprocess.CompletedProcess[str]
 
 
-def symdyn(*arguments: object, cwd: Path) -> Done:
-    """``symdyn ARGUMENTS`` in a directory; never raises for bad input."""
+def symdyn(*arguments: object, cwd: Path | None = None) -> Done:
+    """``symdyn ARGUMENTS`` in a directory, or in the present one; never raises for bad input."""
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.chdir(cwd), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.chdir(cwd or "."), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             code = main(list(map(str, arguments)))
         except SystemExit as stop:  # the parser's own way out

@@ -1,4 +1,4 @@
-"""Whole commands, as a user runs them: real processes, real files."""
+"""Whole commands on real files; what is interrupted or killed is a process of its own."""
 
 from __future__ import annotations
 
@@ -15,13 +15,9 @@ import pytest
 import torch
 
 from rl.learning import checkpoint, run_log
+from tests.e2e.command_in_process import symdyn
 
 TINY = ("--preset", "smoke", "--num-envs", "8", "--ppo.hidden", "32", "16")
-
-
-def symdyn(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "symdyn", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,8 @@ QUICK = ("--reference", "--speeds", "0", "0.3", "--no-trot", "--no-carry")
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SYMDYN_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+def own_cache(slip_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SYMDYN_CACHE", str(slip_cache))
 
 
 def table(path: Path, a_T: float = 2.2, **change: object) -> Path:

@@ -32,11 +32,11 @@ def test_the_papers_experiment_its_log_and_its_replay(tmp_path: Path) -> None:
         process("deploy", policy_path(), "--url", url, "--log", log, *FORGIVING) as deployer,
     ):
         robot.ends(within=150.0)
+        summary = json.loads(out.read_text())
+        assert summary["person"]["script_done"], deployer.words()
         deployer.process.send_signal(signal.SIGINT)
         code, words = deployer.ends(within=20.0)
         assert code == 0, words
-    summary = json.loads(out.read_text())
-    assert summary["person"]["script_done"], words
     assert summary["robot"]["fell_at_s"] is None
     assert summary["targets"]["torque_excesses"] == summary["targets"]["not_finite"] == 0
     analysed = symdyn("analyze", log, "--out", tmp_path / "report", cwd=tmp_path)

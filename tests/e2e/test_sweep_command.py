@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
 import signal
 import subprocess
@@ -14,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.analysis import trials
-from symdyn_cli.main import main
+from tests.e2e.command_in_process import symdyn
 from tests.symdyn.policy.policy_files import swaying
 
 SMALL = (
@@ -28,20 +26,19 @@ def policy_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return swaying(tmp_path_factory.mktemp("policy") / "swaying.onnx")
 
 
-def command(policy: Path, out: Path, *more: str) -> list[str]:
-    return [sys.executable, "-m", "symdyn", "evaluate", str(policy), "--sweep-timing", *SMALL, "--out", str(out), *more]
+def arguments(policy: Path, out: Path, *more: str) -> list[str]:
+    return ["evaluate", str(policy), "--sweep-timing", *SMALL, "--out", str(out), *more]
 
 
 def test_killed_at_once_and_run_again_it_ends_with_the_table_of_a_run_through(
     policy_file: Path, tmp_path: Path
 ) -> None:
-    whole = subprocess.run(
-        command(policy_file, tmp_path / "whole"), capture_output=True, text=True, timeout=300, check=False
-    )
+    whole = symdyn(*arguments(policy_file, tmp_path / "whole"))
     assert whole.returncode == 0, whole.stderr
     assert "symdyn fit-curves --trials" in whole.stdout
     table = tmp_path / "cut" / "timing_sweep.csv"
-    process = subprocess.Popen(command(policy_file, tmp_path / "cut"), stdout=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "symdyn", *arguments(policy_file, tmp_path / "cut")]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
     while not table.exists():
         assert process.poll() is None and time.monotonic() < deadline
@@ -49,7 +46,7 @@ def test_killed_at_once_and_run_again_it_ends_with_the_table_of_a_run_through(
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     assert 0 < len(trials.read(table)) <= 12  # of whole cells, each of two trials
-    again = subprocess.run(command(policy_file, tmp_path / "cut"), capture_output=True, timeout=300, check=False)
+    again = symdyn(*arguments(policy_file, tmp_path / "cut"))
     assert again.returncode == 0
     assert table.read_text() == (tmp_path / "whole" / "timing_sweep.csv").read_text()
 
@@ -69,13 +66,8 @@ def test_killed_at_once_and_run_again_it_ends_with_the_table_of_a_run_through(
 def test_bad_input_is_one_sentence_and_writes_nothing(
     policy_file: Path, tmp_path: Path, more: tuple[str, ...], said: str
 ) -> None:
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.chdir(tmp_path), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            code = main(command(policy_file, tmp_path / "out", *more)[3:])
-        except SystemExit as stop:  # the parser's own way out
-            code = int(stop.code or 0)
-    assert code == 2
-    assert said in " ".join(err.getvalue().split())
-    assert "Traceback" not in err.getvalue()
+    done = symdyn(*arguments(policy_file, tmp_path / "out", *more), cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from slip.families.branch import Diagram
 from slip.families.cache import explored
+from slip.families.explore import ExploreConfig
 from slip.model.parameters import REFERENCE, SlipParameters
 from slip.model.unknowns import COUNT
 
@@ -19,11 +20,11 @@ SLIP_CACHE = Path(__file__).parents[3] / ".pytest_cache" / "symdyn"
 
 
 @cache
-def diagram() -> Diagram:
-    """The families of the reference parameters, from the cache that the commands' tests use, too."""
+def diagram(parameters: SlipParameters = REFERENCE, config: ExploreConfig | None = None) -> Diagram:
+    """The families of a model, from the cache that the commands' tests use, too."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SYMDYN_CACHE", str(SLIP_CACHE))
-        return explored(REFERENCE)
+        return explored(parameters, config)
 
 
 def perturbed(unknowns: np.ndarray, size: float, seed: int) -> np.ndarray:

@@ -187,7 +187,7 @@ def test_solving_from_a_bad_guess_says_why() -> None:
 
 def test_a_trot_exists_where_legs_swing_slowly_and_springs_are_stiff() -> None:
     steps = StepConfig(most=12)
-    slow = explore(
+    slow = diagram(
         SlipParameters(stiffness=20.0, swing_stiffness=5.0), ExploreConfig(steps=steps, highest_hop=0.3, seeds=0)
     )
     assert {"TR", "PC"} <= set(slow.names)
@@ -208,7 +208,7 @@ def test_a_family_that_does_not_exist_is_named_with_the_reason() -> None:
 
 def test_a_torso_that_is_not_symmetric() -> None:
     p = dataclasses.replace(REFERENCE, hind_distance=0.49)
-    found = explore(p, ExploreConfig(steps=StepConfig(most=40, max_speed=4.0), trot=False, seeds=0))
+    found = diagram(p, ExploreConfig(steps=StepConfig(most=40, max_speed=4.0), trot=False, seeds=0))
     assert "PK" in found.missing
     assert {b.family for b in found.branches} & {"BG", "BE"}
     for along in found.branches:
@@ -228,7 +228,7 @@ def test_seeds_are_orbits_of_the_reference_parameters(family: str) -> None:
 def test_families_that_no_junction_leads_to_are_carried_over() -> None:
     """A light torso bounds, though its pronk has no junction with a bound."""
     light = SlipParameters(stiffness=5.084, swing_stiffness=43.44, pitch_inertia=0.2179, rest_length=1.0341)
-    found = explore(light, ExploreConfig(steps=StepConfig(most=8), trot=False, highest_hop=0.2))
+    found = diagram(light, ExploreConfig(steps=StepConfig(most=8), trot=False, highest_hop=0.2))
     assert "PK" in found.names
     assert {b.family for b in found.branches} & {"BG", "BE"}
     assert not set(found.names) & set(found.missing)
