@@ -52,6 +52,9 @@ REAL_TIME = frozenset(
 
 SLOW = frozenset(
     {
+        "robot_sim/test_faults.py",
+        "test_analyze_command.py",
+        "test_animation.py",
         "test_bad_input.py::test_a_process_of_its_own_says_it_on_standard_error_with_exit_code_2",
         "test_command_line.py",
         "test_contact.py",
@@ -77,13 +80,19 @@ SLOW = frozenset(
         "test_identify.py",
         "test_leg_order.py::test_no_other_order_of_the_legs_passes_the_stand",
         "test_live.py",
+        "test_morphology.py",
         "test_notebooks.py",
+        "test_own_robot.py",
         "test_parallel.py",
         "test_play_command.py",
+        "test_plots.py",
+        "test_points.py",
         "test_record_command.py",
+        "test_simulated_robot.py",
         "test_slip_commands.py",
         "test_sweep_command.py",
         "test_trainer.py",
+        "test_trial_choice.py",
         "test_velocity.py",
     }
 )
@@ -92,8 +101,9 @@ a browser, a renderer or other processes."""
 
 
 def among(item: pytest.Item, names: frozenset[str]) -> bool:
-    """Whether the names have a test's file, or the test as ``file::test``."""
-    return not names.isdisjoint((item.path.name, f"{item.path.name}::{item.name.partition('[')[0]}"))
+    """Whether the names have the file of a test, with its folder or without, or the test as ``file::test``."""
+    file, test = item.path.name, item.name.partition("[")[0]
+    return not names.isdisjoint((file, f"{item.path.parent.name}/{file}", f"{file}::{test}"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -103,7 +113,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if among(item, SLOW):
             item.add_marker(pytest.mark.slow)
     # slow files first: where files go to processes, the last ones are then short, and no process waits for another
-    items.sort(key=lambda item: item.path.name not in SLOW)
+    files = frozenset(name.partition("::")[0] for name in SLOW)
+    items.sort(key=lambda item: not among(item, files))
 
 
 @pytest.fixture(scope="session")
