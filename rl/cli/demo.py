@@ -13,6 +13,7 @@ from pathlib import Path  # noqa: E402
 import tyro  # noqa: E402
 
 from rl.cli.evaluate import judge  # noqa: E402
+from rl.judging.protocols import suite  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 from symdyn.io.options import RobotOption  # noqa: E402
@@ -39,7 +40,7 @@ def run(arguments: Sequence[str]) -> int:
     log_to(console)
     path, policy = load_policy(None, args.robot)
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
-    written = judge(policy, path, "quick", args.out, console)
+    written = judge(policy, path, suite("quick"), args.out, console)
     console.print(f"Wrote {written}; open it. Next:")
     console.print("  symdyn record --out out/demo/film.mp4   # see it run")
     console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")

@@ -17,6 +17,7 @@ from rich.progress import Progress  # noqa: E402
 
 from rl.judging import protocols, report  # noqa: E402
 from rl.judging.evaluate import evaluate  # noqa: E402
+from rl.judging.protocols import Suite  # noqa: E402
 from rl.judging.sweep import SweepConfig, sweep  # noqa: E402
 from rl.learning import run_log  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
@@ -56,6 +57,7 @@ def run(arguments: Sequence[str]) -> int:
     args = tyro.cli(EvaluateArguments, args=list(arguments), prog="symdyn evaluate")
     console = make_console()
     log_to(console)
+    suite = protocols.suite(args.suite)
     path, policy = load_policy(args.policy, args.robot)
     out = args.out or Path("out") / path.stem
     if args.sweep_timing:
@@ -63,14 +65,13 @@ def run(arguments: Sequence[str]) -> int:
         console.print(f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
         console.print(f"  symdyn fit-curves --trials {table.with_suffix('.json')}")
         return 0
-    written = judge(policy, path, args.suite, out, console)
+    written = judge(policy, path, suite, out, console)
     console.print(f"Wrote {written}, with metrics.json and figures beside it.")
     return 0
 
 
-def judge(policy: Policy, path: Path, suite_name: str, out: Path, console: Console, remark: str = "") -> Path:
+def judge(policy: Policy, path: Path, suite: Suite, out: Path, console: Console, remark: str = "") -> Path:
     """Evaluate and write everything, with a progress bar; the report's path. Raises SymdynError."""
-    suite = protocols.suite(suite_name)
     writable_directory(out)
     with Progress(console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(f"suite {suite.name}", total=None)

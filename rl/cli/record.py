@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rl.physics.threads import wait_passively
+from rl.pictures import headless_gl  # before what imports MuJoCo
 
 wait_passively()  # before torch
 
@@ -18,7 +19,6 @@ from rich.console import Console  # noqa: E402
 from rl.judging.protocols import GAIT_SEQUENCE, GAIT_SPEED  # noqa: E402
 from rl.judging.simulate import Episode, Script, Segment  # noqa: E402
 from rl.judging.simulate import run as simulate  # noqa: E402
-from rl.pictures import headless_gl  # noqa: E402  # before what imports MuJoCo
 from rl.pictures.film import FilmConfig, frames  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402

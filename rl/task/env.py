@@ -92,8 +92,8 @@ class GaitEnv(VecEnv):
         timing: T(v) and beta(v).
         robot: whose names, pose and gains.
         seed: of everything random in here.
-        layout: what the policy sees, if it is not what the configuration names.
         dump_dir: where the state of a diverged simulation is written, or None.
+        layout: what the policy sees, if it is not what the configuration names.
 
     Raises:
         InvalidValue: for a setting out of range.

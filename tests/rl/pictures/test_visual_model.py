@@ -15,7 +15,7 @@ from rl.physics.model import foot_site
 from rl.pictures.visual_model import HIDDEN_GROUP, VISUAL_GROUP, build_visual_model
 from symdyn.errors import FileProblem
 from symdyn.figures.plots import LEG_COLOURS
-from symdyn.robot.descriptions import robots_folder
+from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.legs import JOINTS, LEGS
 from tests.robots import GO2
 
@@ -97,9 +97,9 @@ def test_feet_are_where_the_physics_has_them_in_the_colours_of_their_legs(looks:
 
 
 def test_a_missing_mesh_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = robots_folder() / GO2.urdf
+    path = urdf_path(GO2)
     changed = tmp_path / "go2.urdf"
     changed.write_text(path.read_text(encoding="utf-8").replace("visuals/hip.dae", "visuals/none.dae"))
     monkeypatch.setattr(visual_model, "urdf_path", lambda robot: changed)
-    with pytest.raises(FileProblem, match=r"none\.dae: does not exist"):
+    with pytest.raises(FileProblem, match=r"names the mesh '.*none\.dae'"):
         build_visual_model(replace(GO2))

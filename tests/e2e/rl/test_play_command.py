@@ -27,7 +27,7 @@ from rl.viewer.window.page import Page
 from rl.viewer.window.server import serving, url
 from symdyn.gait.library import get
 from symdyn.policy.file import Policy
-from tests.e2e.browser import open_page
+from tests.e2e.rl.browser import open_page
 from tests.hardware.lcm_urls import multicast_url
 
 

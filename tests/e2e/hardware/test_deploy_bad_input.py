@@ -13,7 +13,7 @@ from benchmarks.robot_processes import hearing, process
 from rl.pretrained import policy_path
 from symdyn.policy.file import METADATA_KEY
 from tests.e2e.command_in_process import symdyn
-from tests.e2e.waiting import wait_for
+from tests.e2e.hardware.waiting import wait_for
 from tests.hardware.lcm_urls import multicast_url
 
 

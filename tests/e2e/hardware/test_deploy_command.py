@@ -16,7 +16,7 @@ from benchmarks.robot_processes import DISPLAY, QUICK_STAND, WATCHDOG, Command, 
 from rl.pretrained import policy_path
 from symdyn.gait.library import PAPER_GAITS
 from tests.e2e.command_in_process import symdyn
-from tests.e2e.waiting import wait_for
+from tests.e2e.hardware.waiting import wait_for
 from tests.hardware.lcm_urls import multicast_url
 
 FORGIVING = ("--safety.overruns", "20")  # where a busy machine is not what is tested
