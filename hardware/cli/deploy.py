@@ -25,7 +25,7 @@ from hardware.wire.readings import BUTTONS
 from symdyn.io.console import log_to, make_console
 from symdyn.io.options import RobotOption
 from symdyn.policy.file import Policy
-from symdyn.robot.robot_file import get_robot
+from symdyn.robot.robot_file import chosen_robot
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     log_to(console)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
-    policy = Policy.load(args.policy, None if args.robot is None else get_robot(args.robot))
+    policy = Policy.load(args.policy, chosen_robot(args.robot))
     settings = args.settings
     if args.feet is not None:
         thresholds = FootCalibration.load(args.feet).thresholds

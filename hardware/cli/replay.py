@@ -18,7 +18,7 @@ from symdyn.errors import FileProblem
 from symdyn.io.console import make_console
 from symdyn.io.options import RobotOption
 from symdyn.io.origin import commit
-from symdyn.robot.robot_file import get_robot
+from symdyn.robot.robot_file import chosen_robot
 
 DIFFERENT = 1
 """Exit code if anything came out otherwise."""
@@ -49,7 +49,7 @@ def run(arguments: Sequence[str]) -> int:
     console = make_console()
     reader = LogReader(args.log)
     session = session_of(reader)
-    policy = policy_of(session, args.policy, args.log, None if args.robot is None else get_robot(args.robot))
+    policy = policy_of(session, args.policy, args.log, chosen_robot(args.robot))
     columns = TextColumn("replaying"), BarColumn(), TimeRemainingColumn()
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("replaying", total=None)

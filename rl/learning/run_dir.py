@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import shlex
 from datetime import datetime
 from pathlib import Path
@@ -44,16 +43,16 @@ def reserve(preset: str, parent: Path = Path("runs")) -> Path:
     name = f"{datetime.now():%Y%m%d-%H%M%S}-{preset}"
     try:
         parent.mkdir(parents=True, exist_ok=True)
-        for number in itertools.count(1):
-            run = parent / (name if number == 1 else f"{name}-{number}")
+        run, number = parent / name, 1
+        while True:
             try:
                 run.mkdir()
+                return run
             except FileExistsError:
-                continue
-            return run
+                number += 1
+                run = parent / f"{name}-{number}"
     except OSError as error:
         raise FileProblem(parent, f"is no directory that can be written to: {error.strerror or error}.") from error
-    raise AssertionError("numbers do not end")
 
 
 def existing(path: Path) -> Path:

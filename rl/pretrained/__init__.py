@@ -6,7 +6,7 @@ from pathlib import Path
 
 from symdyn.errors import UnknownName
 from symdyn.policy.file import Policy
-from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
+from symdyn.robot.robot_file import DEFAULT_ROBOT, chosen_robot
 
 
 def pretrained() -> dict[str, Path]:
@@ -41,6 +41,6 @@ def load_policy(path: Path | None, robot: str | None) -> tuple[Path, Policy]:
         SymdynError: as :func:`symdyn.robot.robot_file.get_robot`, :func:`policy_path` and
             :meth:`symdyn.policy.file.Policy.load`.
     """
-    its = None if robot is None else get_robot(robot)
+    its = chosen_robot(robot)
     path = path or policy_path(DEFAULT_ROBOT if its is None else its.name)
     return path, Policy.load(path, its)

@@ -53,6 +53,11 @@ def get_robot(name_or_file: str) -> Robot:
     raise UnknownName("robot", name_or_file, (*ROBOTS, "FILE.toml"))
 
 
+def chosen_robot(option: str | None) -> Robot | None:
+    """The robot of an option ``--robot`` that may be left out: :func:`get_robot`, or None. Raises what that raises."""
+    return None if option is None else get_robot(option)
+
+
 @cache
 def _shipped(name: str) -> Robot:
     return load_robot_file(_SHIPPED / f"{name}.toml")
