@@ -124,6 +124,12 @@ GROUPS: dict[str, dict[str, Command]] = {
             "run a policy on a robot over LCM, with joystick or keyboard, safety and log",
             "symdyn deploy mine.onnx --log run.lcmlog",
         ),
+        "bridge": Command(
+            "hardware.cli.bridge",
+            "bridge",
+            "between a Go2's own wire (DDS) and the deployer, with a guard that damps",
+            "symdyn bridge --interface eth0",
+        ),
         "robot-sim": Command(
             "symdyn_cli.robot_sim",
             "robot-sim",

@@ -18,16 +18,17 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from hardware.robot_sim.faults import FAULTS
+from hardware.robot_sim.ends import End, LcmEnd
+from hardware.robot_sim.faults import FAULTS, get_fault
 from hardware.robot_sim.knees import add_knees
 from hardware.robot_sim.rig import PlannedFault, Rig, Since
 from hardware.robot_sim.scenarios import SCENARIOS, get_scenario
 from hardware.robot_sim.sensors import NO_NOISE, SensorNoise
 from hardware.robot_sim.session import Session
 from hardware.robot_sim.simulated_robot import SimulatedRobot, Start
-from hardware.wire.link import DEFAULT_URL
+from hardware.wire.link import DEFAULT_URL, Link
 from rl.physics.model import build_spec, force_sensor
-from symdyn.errors import InvalidValue
+from symdyn.errors import InvalidValue, ResourceProblem
 from symdyn.io.console import log_to, make_console
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.definition import Robot
@@ -40,8 +41,15 @@ class RobotSimArguments:
     """A robot in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes
     through a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
 
+    With --dds it is behind the real robot's own wire instead: LowState, LowCmd, checksums, and a motion service that
+    must be released. Then, in two other terminals: symdyn bridge --interface lo --domain 1, and symdyn deploy.
+
     Attributes:
         robot: name or robot file of the robot.
+        dds: speak DDS as a Go2 does, not LCM; over LCM goes only the truth, for logs. Needs the extra bridge.
+        interface: with --dds, of the network.
+        domain: with --dds, of DDS; a real robot's is 0, unitree_mujoco's is 1.
+        motion_service: with --dds, name of the service that is active at first; "" for none.
         url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
         scenario: what the person does; see above.
         start: how the robot is found.
@@ -59,6 +67,10 @@ class RobotSimArguments:
     """
 
     robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
+    dds: bool = False
+    interface: str = "lo"
+    domain: int = 1
+    motion_service: str = "normal"
     url: str | None = None
     scenario: str = "run"
     start: Start = "lying"
@@ -76,11 +88,16 @@ class RobotSimArguments:
 
 
 def simulated(
-    robot: Robot, seed: int = 0, start: Start = "lying", noise: SensorNoise | None = None, wakes_at: float = 0.0
+    robot: Robot,
+    seed: int = 0,
+    start: Start = "lying",
+    noise: SensorNoise | None = None,
+    wakes_at: float = 0.0,
+    bridge: bool = True,
 ) -> SimulatedRobot:
-    """A simulated robot: the trainer's model with knees, behind the bridge. See SimulatedRobot."""
+    """A simulated robot: the trainer's model with knees. See SimulatedRobot."""
     model = add_knees(build_spec(robot), robot).compile()
-    return SimulatedRobot(model, robot, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at)
+    return SimulatedRobot(model, robot, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at, bridge)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -97,15 +114,21 @@ def run(arguments: Sequence[str]) -> int:
     fault = None
     if args.fault is not None:
         fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
+        only = get_fault(args.fault).only
+        if only not in (None, "dds" if args.dds else "lcm"):
+            raise InvalidValue(
+                "--fault", args.fault, "another one: it " + ("needs --dds" if only == "dds" else "is LCM's")
+            )
     if args.out is not None:
         writable_directory(args.out.parent)
     robot = get_robot(args.robot)
-    its = simulated(robot, args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at)
+    its = simulated(robot, args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at, not args.dds)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
-    session = Session(url, Rig(its, scenario, fault, args.seed))
     console = make_console()
     log_to(console)
-    console.print(f"A simulated {robot.name}, {args.start}, on {url}. At its joystick: {scenario.help}. Ctrl-C ends.")
+    session = Session(_dds_end(args, url) if args.dds else LcmEnd(url), Rig(its, scenario, fault, args.seed))
+    where = f"DDS domain {args.domain}, interface {args.interface}" if args.dds else url
+    console.print(f"A simulated {robot.name}, {args.start}, on {where}. At its joystick: {scenario.help}. Ctrl-C ends.")
     with _ended_by_signals() as stop, _status(console, session):
         session.run(duration, stop, args.realtime)
     summary = {
@@ -121,6 +144,17 @@ def run(arguments: Sequence[str]) -> int:
         write_json(args.out, summary)
         console.print(f"Wrote {args.out}.")
     return 0
+
+
+def _dds_end(args: RobotSimArguments, url: str) -> End:
+    try:
+        from hardware.dds.node import Node
+        from hardware.robot_sim.dds_end import DdsEnd
+    except ModuleNotFoundError as error:
+        raise ResourceProblem(
+            f"--dds needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[bridge]'."
+        ) from error
+    return DdsEnd(Node(args.interface, args.domain), args.motion_service, Link(url, []))
 
 
 def _description() -> str:

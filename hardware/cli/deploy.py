@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import logging
-import logging.handlers
 import os
-import queue
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,9 +14,10 @@ import tyro
 from hardware.control.settings import Settings
 from hardware.estimation.calibration import FootCalibration
 from hardware.running.deployer import Deployer, Options
-from hardware.running.display import Display, DisplayHandler
+from hardware.running.display import Display, log_from_a_thread
 from hardware.running.keyboard import KEYS, Keyboard
 from hardware.running.status import Controls
+from hardware.running.status_table import Shown
 from hardware.wire.link import DEFAULT_URL
 from hardware.wire.readings import BUTTONS
 from symdyn.io.console import log_to, make_console
@@ -89,8 +87,9 @@ def run(arguments: Sequence[str]) -> int:
     console.print(f"{args.policy.name} at {url}" + (", dry run: nothing is sent" if args.dry_run else "."))
     display = None
     if console.is_terminal:
-        display = Display(deployer.status, Controls(settings.joystick, args.keyboard, args.dry_run))
-    listener = _log_from_a_thread(display)
+        controls = Controls(settings.joystick, args.keyboard, args.dry_run)
+        display = Display(lambda: Shown(deployer.status(), controls))
+    listener = log_from_a_thread(display)
     try:
         if keyboard is not None:
             keyboard.start()
@@ -106,14 +105,3 @@ def run(arguments: Sequence[str]) -> int:
     if args.log is not None:
         console.print(f"Wrote {args.log}. Next:\n  symdyn analyze {args.log}\n  symdyn replay {args.log} {args.policy}")
     return code
-
-
-def _log_from_a_thread(display: Display | None) -> logging.handlers.QueueListener:
-    """Let a thread of its own write the log to the terminal, which may block; the loop only queues it."""
-    root = logging.getLogger()
-    handlers = root.handlers if display is None else [DisplayHandler(display, root.handlers)]
-    waiting: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
-    listener = logging.handlers.QueueListener(waiting, *handlers)
-    root.handlers = [logging.handlers.QueueHandler(waiting)]
-    listener.start()
-    return listener

@@ -45,9 +45,7 @@ def imu_message(state: Any) -> state_estimator_lcmt:
     return message
 
 
-def low_state(
-    joints: leg_control_data_lcmt, imu: state_estimator_lcmt, remote: bytes, tick: int
-) -> Any:
+def low_state(joints: leg_control_data_lcmt, imu: state_estimator_lcmt, remote: bytes, tick: int) -> Any:
     """A LowState record. The feet's numbers are whole, as the robot's are.
 
     Args:

@@ -46,6 +46,7 @@ class MotionSwitcher:
     """
 
     def __init__(self, node: Node) -> None:
+        self._node = node  # which ends with its last reference
         self._writer = DataWriter(node.participant, node.topic(REQUESTS, Request))
         self._reader = DataReader(node.participant, node.topic(RESPONSES, Response))
         self._number = time.monotonic_ns()
@@ -119,6 +120,7 @@ class SimulatedMotionSwitcher:
     """
 
     def __init__(self, node: Node, service: str) -> None:
+        self._node = node  # which ends with its last reference
         self._reader = DataReader(node.participant, node.topic(REQUESTS, Request))
         self._writer = DataWriter(node.participant, node.topic(RESPONSES, Response))
         self.service = service

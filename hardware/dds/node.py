@@ -58,6 +58,11 @@ class Node:
         interface: of the network, or None for Cyclone DDS's or CYCLONEDDS_URI's.
         domain: number.
 
+    Attributes:
+        interface: as given.
+        domain: as given.
+        own_writers: keys of the writers that were made here.
+
     Raises:
         InvalidValue: if the interface or the domain does not exist.
         ResourceProblem: if cyclonedds is another than was tested, or the network cannot be used.
@@ -73,6 +78,7 @@ class Node:
         except DDSException as error:
             raise ResourceProblem(f"DDS cannot be opened on {named(interface)} ({error.msg}).") from error
         self.interface, self.domain = interface, domain
+        self.own_writers: set[UUID] = set()
         self._topics: dict[str, Topic] = {}
         self._publications = BuiltinDataReader(self.participant, BuiltinTopicDcpsPublication)
         self._participants = BuiltinDataReader(self.participant, BuiltinTopicDcpsParticipant)
@@ -118,9 +124,8 @@ class Reader:
         ignore_own: leave out what this node writes itself.
     """
 
-    def __init__(
-        self, node: Node, topic: str, kind: type[IdlStruct], depth: int = 1, ignore_own: bool = False
-    ) -> None:
+    def __init__(self, node: Node, topic: str, kind: type[IdlStruct], depth: int = 1, ignore_own: bool = False) -> None:
+        self._node = node  # which ends with its last reference, and everything on it
         policies = [Policy.History.KeepLast(depth)]
         if ignore_own:
             policies.append(Policy.IgnoreLocal.Participant)
@@ -136,7 +141,7 @@ class Reader:
         return self._waiting.wait(duration(microseconds=round(1e6 * seconds))) > 0
 
     def take(self) -> list[tuple[bytes, int]]:
-        """What has come since the last time: bytes, and a number for the writer that :meth:`writer` tells the key of."""
+        """What has come since the last time: bytes, and the number by which :meth:`writer` knows who."""
         taken = ddspy_take(self._reader._ref, _ALL, self._depth)
         if isinstance(taken, int):
             raise ResourceProblem(f"DDS has failed: {DDSException(taken).msg}.")
@@ -163,8 +168,10 @@ class Writer:
     """
 
     def __init__(self, node: Node, topic: str, kind: type[IdlStruct]) -> None:
+        self._node = node  # as for a reader
         self._writer = DataWriter(node.participant, node.topic(topic, kind))
         self.key = self._writer.get_guid()
+        node.own_writers.add(self.key)
 
     def write(self, data: bytes) -> None:
         """Send a message. Raises ResourceProblem if DDS does not take it."""

@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -21,8 +21,11 @@ from hardware.wire.sdk_order import SDK_JOINTS, unitree_joint_name
 from symdyn.errors import UnknownName
 from symdyn.robot.legs import JOINTS as JOINT_NAMES
 
+Protocol = Literal["lcm", "dds"]
+"""Of the walk-these-ways-go2 bridge, or the robot's own."""
+
 FOREIGN_SENDER = 5
-"""``robot_id`` of the targets that the second deployer sends."""
+"""``robot_id`` of the targets that the second deployer, or the second writer of LowCmd, sends."""
 
 _STATE = frozenset({JOINTS, IMU})
 _THIGH, _CALF = "LF_thigh", "RF_calf"
@@ -60,6 +63,10 @@ class Effect:
     def besides(self) -> Sequence[tuple[str, bytes]]:
         """What somebody else publishes in this period: channel and bytes."""
         return ()
+
+    def damaged(self, low_state: bytes) -> bytes:
+        """What goes over DDS instead of a LowState."""
+        return low_state
 
 
 class _Silent(Effect):
@@ -267,6 +274,11 @@ class _WrongType(Effect):
         return ((JOINTS, stray), (IMU, stray[:20]), (JOYSTICK, b""), ("another_robots_channel", stray))
 
 
+class _WrongChecksum(Effect):
+    def damaged(self, low_state):
+        return low_state[:-1] + bytes([low_state[-1] ^ 1])
+
+
 class _SecondDeployer(Effect):
     def begin(self):
         self._count = 0
@@ -342,6 +354,7 @@ class FaultKind:
         size: how much, if nobody says.
         unit: of the size; "" if it has none.
         lasts: how long, if nobody says, s.
+        only: the protocol that it needs, or None if it can happen with any.
     """
 
     help: str
@@ -349,6 +362,7 @@ class FaultKind:
     size: float = 0.0
     unit: str = ""
     lasts: float = math.inf
+    only: Protocol | None = None
 
 
 FAULTS: dict[str, FaultKind] = {
@@ -361,7 +375,7 @@ FAULTS: dict[str, FaultKind] = {
     "late": FaultKind("messages come this much later", _Late, 10.0, "ms"),
     "frozen": FaultKind("joints and IMU are published as they were", _Frozen),
     "joystick_estop": FaultKind("L2 of the joystick is held", _EmergencyStop),
-    "bridge_estop": FaultKind("L2+B: the bridge stops, and motors keep their last command", _BridgeStop),
+    "bridge_estop": FaultKind("L2+B: the bridge stops, and motors keep their last command", _BridgeStop, only="lcm"),
     "nan_stick": FaultKind("sticks at NaN", _NanStick),
     "nan_joint": FaultKind("NaN for a calf's position", _NanJoint),
     "inf_velocity": FaultKind("infinity for a calf's velocity", _InfiniteVelocity),
@@ -380,7 +394,8 @@ FAULTS: dict[str, FaultKind] = {
     "swapped_joints_state": FaultKind("a thigh and its calf are reported for each other", _SwappedJoints),
     "swapped_hips_state": FaultKind("front and rear hips, alike at stand, are reported for each other", _SwappedHips),
     "sign_flipped": FaultKind("a hip is reported with the other sign", _SignFlipped),
-    "wrong_type": FaultKind("stray bytes on the robot's channels and on another", _WrongType),
+    "wrong_type": FaultKind("stray bytes on the robot's channels and on another", _WrongType, only="lcm"),
+    "wrong_crc": FaultKind("the checksum of every LowState is wrong", _WrongChecksum, only="dds"),
     "second_deployer": FaultKind("another program sends targets, too, at 50 Hz", _SecondDeployer),
     "tilt": FaultKind("a torque about the robot's long axis rolls it over", _Tilt, 60.0, "N m", 0.5),
     "push": FaultKind("a sudden sideways velocity", _Push, 0.8, "m/s", PERIOD),

@@ -133,6 +133,10 @@ class Rig:
             published.append((TRUTH, self.robot.truth().encode()))
         return published
 
+    def damaged(self, low_state: bytes) -> bytes:
+        """What goes over DDS instead of a LowState, as the fault has it."""
+        return self._effect.damaged(low_state) if self._active and self._effect is not None else low_state
+
     def _publish(self, channel: str, message: Any) -> list[tuple[str, bytes]]:
         sent = (message,)
         if self._active and self._effect is not None:

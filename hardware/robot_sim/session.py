@@ -1,4 +1,4 @@
-"""A rig in real time on a link, and what came of it."""
+"""A rig in real time, and what came of it."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
+from hardware.robot_sim.ends import End
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.simulated_robot import PERIOD
 from hardware.running import realtime
-from hardware.wire.channels import TARGETS, decode
-from hardware.wire.link import Link
 from hardware.wire.messages import pd_tau_targets_lcmt
 from symdyn.errors import ResourceProblem
 
@@ -64,22 +63,18 @@ class Session:
     left out if the next is due as well: a receiver sees a gap, as it would of a real robot, and never a burst.
 
     Args:
-        url: of LCM.
+        end: of the protocol.
         rig: to run.
 
     Attributes:
         pace: how well the periods were kept.
-
-    Raises:
-        InvalidValue: if the URL is malformed.
-        ResourceProblem: if LCM cannot be opened.
     """
 
-    def __init__(self, url: str, rig: Rig) -> None:
+    def __init__(self, end: End, rig: Rig) -> None:
         self.rig = rig
         self.pace = Pace(time.monotonic())
         self._targets: deque[tuple[float, pd_tau_targets_lcmt]] = deque()
-        self._link = Link(url, [TARGETS], self._take)
+        self._end = end
 
     def run(self, duration: float, stop: threading.Event, real_time: bool = False) -> None:
         """Until ``duration`` s of simulated time are over, the script of the person is, or ``stop`` is set.
@@ -92,7 +87,7 @@ class Session:
         Raises:
             ResourceProblem: if the thread that receives has died.
         """
-        self._link.start()
+        self._end.start(self._take, self.rig.damaged)
         if real_time:
             self.pace.real_time = realtime.ask().priority
         pace, cpu = self.pace, time.process_time()
@@ -102,12 +97,12 @@ class Session:
                 deadline += PERIOD
                 deadline = self._wait(deadline)
                 self._period(deadline)
-                if self._link.failure is not None:
-                    raise ResourceProblem(f"LCM has failed: {self._link.failure}.")
+                if self._end.failure is not None:
+                    raise ResourceProblem(f"The thread that receives has failed: {self._end.failure}.")
         finally:
             pace.cpu = time.process_time() - cpu
             pace.wall = time.monotonic() - pace.began
-            self._link.close()
+            self._end.close()
             self._receive()
 
     def _wait(self, deadline: float) -> float:
@@ -128,8 +123,7 @@ class Session:
         if now - deadline > PERIOD:
             self.pace.late += 1
             return
-        for channel, data in messages:
-            self._link.send_bytes(channel, data)
+        self._end.publish(messages)
 
     def _receive(self) -> None:
         while self._targets:
@@ -140,8 +134,8 @@ class Session:
         gave_up = person.let_go is not None and self.rig.robot.time - person.let_go > _AFTER_LETTING_GO_S
         return person.has_an_end and (person.done or gave_up)
 
-    def _take(self, channel: str, data: bytes, arrival: float, number: int) -> None:
-        self._targets.append((arrival, decode(channel, data)))
+    def _take(self, arrival: float, message: pd_tau_targets_lcmt) -> None:
+        self._targets.append((arrival, message))
 
     def summary(self) -> dict[str, Any]:
         """What came of it, for a JSON file; times named ``monotonic`` are of this computer's time.monotonic()."""
@@ -163,7 +157,7 @@ class Session:
             "person": {"script_done": rig.person.done, "let_go_at_s": rig.person.let_go},
             "targets": {
                 "received": monitor.count,
-                "refused": self._link.refused[TARGETS],
+                "refused": self._end.refused,
                 "not_finite": monitor.not_finite,
                 "first_monotonic": monitor.first,
                 "last_monotonic": monitor.last,

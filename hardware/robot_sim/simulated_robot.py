@@ -1,4 +1,4 @@
-"""A robot of MuJoCo behind its bridge: takes the bridge's targets, gives the bridge's messages."""
+"""A robot of MuJoCo, by itself or behind its bridge: takes the bridge's targets, gives the bridge's messages."""
 
 # mujoco is a compiled module without stubs
 # pyright: reportAttributeAccessIssue=false
@@ -64,6 +64,8 @@ class SimulatedRobot:
 
     Until ``wakes_at`` it has not heard of the robot, and its messages are zeros.
 
+    Without a bridge, none of this: the motors hold the law of the last targets, and before the first they are limp.
+
     Args:
         model: of MuJoCo, with position actuators named as symdyn's JOINTS; a copy of it is taken.
         robot: whose model it is.
@@ -73,6 +75,7 @@ class SimulatedRobot:
             with the robot's gains; ``hung`` in a harness that keeps the trunk in the air, held with the bridge's gains.
         noise: of the sensors; None for the usual.
         wakes_at: s.
+        bridge: whether there is one between this robot and the messages.
 
     Attributes:
         model: the copy.
@@ -90,6 +93,7 @@ class SimulatedRobot:
         start: Start = "lying",
         noise: SensorNoise | None = None,
         wakes_at: float = 0.0,
+        bridge: bool = True,
     ) -> None:
         self.model = copy.copy(model)
         self.model.opt.timestep = PERIOD
@@ -112,7 +116,8 @@ class SimulatedRobot:
         self._hung = start == "hung"
         self._sensors = Sensors(SensorNoise() if noise is None else noise, seed)
         self._wakes_at = wakes_at
-        self._awake = False
+        self._bridge = bridge
+        self._awake = not bridge
         self._settle(start)
         self._truth = self._sense(self._velocity())
         self._measured = self._sensors.measure(self._truth)
@@ -170,7 +175,7 @@ class SimulatedRobot:
         self._truth = self._sense(before)
         self._measured = self._sensors.measure(self._truth)
         self._wake()
-        if self._awake and max(map(abs, roll_pitch_yaw(self._measured.quat_w)[:2])) > BRIDGE_TILT:
+        if self._bridge and self._awake and max(map(abs, roll_pitch_yaw(self._measured.quat_w)[:2])) > BRIDGE_TILT:
             self.bridge_stopped = True
 
     def kick(self, velocity_w: Floats) -> None:

@@ -7,13 +7,10 @@ import logging
 import os
 import secrets
 import select
-import signal
 import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -24,6 +21,7 @@ from hardware.control.settings import TICK_HZ, Settings
 from hardware.running import realtime
 from hardware.running.deadline_loop import DeadlineLoop
 from hardware.running.session import Session, sha256
+from hardware.running.signals import signals_to
 from hardware.running.status import Status, Timing
 from hardware.running.tick_record import record
 from hardware.running.watchdog import guardian_of
@@ -125,7 +123,7 @@ class Deployer:
             self._listen()
             if not self.options.dry:
                 self._guard = _Guard(self.options.url, self.sender, self.controller.settings)
-            with _signals_to(self._on_signal):
+            with signals_to(self._on_signal):
                 self._prepare()
                 self._ticks()
         finally:
@@ -280,14 +278,3 @@ class _Guard:
             os.write(self._pipe, f"{words}\n".encode())
         except OSError:
             _log.warning("The watchdog cannot be told %r: it is gone or does not listen.", words)
-
-
-@contextmanager
-def _signals_to(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """SIGINT and SIGTERM go to a handler within the block."""
-    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, theirs in before.items():
-            signal.signal(number, theirs)

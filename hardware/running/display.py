@@ -3,13 +3,15 @@ lock meanwhile.
 
     python -m hardware.running.display --pipe FD
 
-It draws what comes through the pipe: Controls first, then whenever there is one a Status, or a record of the log.
+It draws what comes through the pipe: whenever there is one a status, which rich can draw, or a record of the log.
 """
 
 from __future__ import annotations
 
 import argparse
 import logging
+import logging.handlers
+import queue
 import subprocess
 import sys
 import threading
@@ -17,10 +19,9 @@ from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 
+from rich.console import ConsoleRenderable, RichCast
 from rich.live import Live
 
-from hardware.running.status import Controls, Status
-from hardware.running.status_table import table
 from symdyn.io.console import log_to, make_console
 
 _PERIOD = 0.2
@@ -28,14 +29,13 @@ _PATIENCE_S = 2.0
 
 
 class Display:
-    """The deployer's end. Whatever becomes of the process that draws, control goes on.
+    """The end of the process that controls. Whatever becomes of the one that draws, control goes on.
 
     Args:
-        status: makes what is to be shown.
-        controls: to say which button does what.
+        status: makes what is to be shown; an object that can be sent to another process and that rich can draw.
     """
 
-    def __init__(self, status: Callable[[], Status], controls: Controls) -> None:
+    def __init__(self, status: Callable[[], ConsoleRenderable | RichCast]) -> None:
         self._status = status
         read, self._pipe = Pipe(duplex=False)
         self._sending = threading.Lock()
@@ -45,12 +45,11 @@ class Display:
             pass_fds=(read.fileno(),), stdin=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
         read.close()
-        self.send(controls)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="display", daemon=True)
         self._thread.start()
 
-    def send(self, what: Controls | Status | logging.LogRecord) -> bool:
+    def send(self, what: ConsoleRenderable | RichCast | logging.LogRecord) -> bool:
         """Show something; whether there is still somebody to draw it. Waits for a terminal that is stopped."""
         try:
             with self._sending:
@@ -92,22 +91,32 @@ class DisplayHandler(logging.Handler):
                 handler.handle(record)
 
 
+def log_from_a_thread(display: Display | None) -> logging.handlers.QueueListener:
+    """Let a thread of its own write the log to the terminal, which may block; the loop only queues it."""
+    root = logging.getLogger()
+    handlers = root.handlers if display is None else [DisplayHandler(display, root.handlers)]
+    waiting: queue.SimpleQueue[logging.LogRecord] = queue.SimpleQueue()
+    listener = logging.handlers.QueueListener(waiting, *handlers)
+    root.handlers = [logging.handlers.QueueHandler(waiting)]
+    listener.start()
+    return listener
+
+
 def main(arguments: list[str] | None = None) -> int:
     """The process. Returns 0."""
-    parser = argparse.ArgumentParser(description="Draws the state of a deployer. Started by symdyn deploy.")
-    parser.add_argument("--pipe", required=True, type=int, help="file descriptor of the pipe from the deployer")
+    parser = argparse.ArgumentParser(description="Draws a status. Started by symdyn deploy and symdyn bridge.")
+    parser.add_argument("--pipe", required=True, type=int, help="file descriptor of the pipe from there")
     pipe = Connection(parser.parse_args(arguments).pipe, writable=False)
     console = make_console()
     log_to(console)
     try:
-        controls = pipe.recv()
         with Live(console=console, auto_refresh=False) as live:
             while True:
                 what = pipe.recv()
                 if isinstance(what, logging.LogRecord):
                     logging.getLogger(what.name).handle(what)
                 else:
-                    live.update(table(what, controls), refresh=not pipe.poll())  # of two that wait, the newer
+                    live.update(what, refresh=not pipe.poll())  # of two that wait, the newer
     except EOFError:
         return 0
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from rich.table import Table
 from rich.text import Text
@@ -10,6 +12,24 @@ from hardware.control.controller import State, Tick
 from hardware.control.faults import FAULTS
 from hardware.running.status import Controls, Status, Timing
 from symdyn.robot.legs import LEGS
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A moment of the deployer that draws itself.
+
+    Attributes:
+        status: of the moment.
+        controls: what stays the same.
+    """
+
+    status: Status
+    controls: Controls
+
+    def __rich__(self) -> Table:
+        """The table."""
+        return table(self.status, self.controls)
+
 
 _COLOURS = {State.PASSIVE: "cyan", State.STAND: "yellow", State.RUN: "green", State.DAMP: "red"}
 

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from hardware.robot_sim.ends import LcmEnd
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.scenarios import get_scenario
 from hardware.robot_sim.session import STALL_S, Session
@@ -41,7 +42,7 @@ def run(rig: Rig, duration: float) -> tuple[Session, list[float]]:
     url, arrivals = multicast_url(), []
     listener = Link(url, [JOINTS], lambda _, __, arrival, ___: arrivals.append(arrival))
     listener.start()
-    session = Session(url, rig)
+    session = Session(LcmEnd(url), rig)
     session.run(duration, threading.Event())
     end = time.monotonic() + 10.0
     while len(arrivals) < session.pace.periods - session.pace.late and time.monotonic() < end:
@@ -71,7 +72,7 @@ def test_a_stall_is_given_up_and_not_caught_up_with():
 
 def test_targets_reach_the_robot_and_wrong_bytes_do_not():
     url = multicast_url()
-    session, stop, sender = Session(url, Rig(go2(), get_scenario("idle"))), threading.Event(), Link(url, [])
+    session, stop, sender = Session(LcmEnd(url), Rig(go2(), get_scenario("idle"))), threading.Event(), Link(url, [])
     thread = threading.Thread(target=session.run, args=(30.0, stop))
     thread.start()
     try:
