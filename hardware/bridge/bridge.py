@@ -99,6 +99,7 @@ class Bridge:
         self._remote = Remote()
         self._guard: GuardProcess | None = None
         self._writing = threading.Lock()
+        self._open = False
         self._stop = threading.Event()
         self._dds = threading.Thread(target=self._hear_robot, name="dds", daemon=True)
         self._dds_failure: Exception | None = None
@@ -131,6 +132,7 @@ class Bridge:
             gc.freeze()
             gc.disable()  # a full collection takes longer than a period
             try:
+                self._open = True  # not before the loop repeats what is forwarded
                 self._tick_until_the_end()
             finally:
                 gc.enable()
@@ -207,6 +209,8 @@ class Bridge:
             _log.error("The motors are damped for good: %s.", why)
 
     def _on_targets(self, channel: str, data: bytes, arrival: float, number: int) -> None:
+        if not self._open:
+            return
         received = self._link.latest(TARGETS)
         assert received is not None
         message: pd_tau_targets_lcmt = received.message
