@@ -52,6 +52,7 @@ _SIGNALS = {
     "SIGKILL": signal.SIGKILL,
     "SIGSTOP": signal.SIGSTOP,
 }
+_OF_ROBOT = tuple(name for name, kind in FAULTS.items() if kind.only != "dds")
 _WATCHDOG_KILLED = "watchdog_killed"
 _OF_DEPLOYER = (*_SIGNALS, _WATCHDOG_KILLED, *DEFECTS)
 _ANSWERED_BY_WATCHDOG = ("SIGKILL", "SIGSTOP", "tick_never_ends")
@@ -85,7 +86,12 @@ def main() -> None:
     found: list[Outcome] = []
     with Progress(console=console) as progress:
         for what, faults, trial, workers in (
-            ("faults of the robot", tuple(FAULTS), _in_lockstep, Workers(args.jobs)),
+            (
+                "faults of the robot",
+                tuple(name for name, kind in FAULTS.items() if kind.only != "dds"),
+                _in_lockstep,
+                Workers(args.jobs),
+            ),
             ("faults of the deployer", _OF_DEPLOYER, _as_processes, Workers(1)),  # they need the processors
         ):
             task = progress.add_task(what, total=None)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import time
+from typing import Any
 
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -32,6 +33,7 @@ CHECK_MODE, RELEASE_MODE = 1001, 1003
 UNKNOWN_FUNCTION = 3203
 """Code of a response (unitree_sdk2, RPC_ERR_SERVER_API_NOT_IMPL)."""
 
+_NOTHING: Any = ()
 _ANSWER_S = 1.0
 _TRIES = 5
 _POLL_S = 0.02
@@ -84,7 +86,7 @@ class MotionSwitcher:
         for _ in range(_TRIES):
             self._number += 1
             header = RequestHeader(RequestIdentity(self._number, function), RequestLease(0), RequestPolicy(0, False))
-            self._writer.write(Request(header, "{}", []))
+            self._writer.write(Request(header, "{}", _NOTHING))
             response = self._answer(self._number)
             if response is not None:
                 if response.header.status.code != 0:
@@ -138,4 +140,4 @@ class SimulatedMotionSwitcher:
                     self.service = ""
                 case _:
                     code = UNKNOWN_FUNCTION
-            self._writer.write(Response(ResponseHeader(identity, ResponseStatus(code)), data, []))
+            self._writer.write(Response(ResponseHeader(identity, ResponseStatus(code)), data, _NOTHING))

@@ -14,8 +14,8 @@ from hardware.dds.motion_switcher import SimulatedMotionSwitcher
 from hardware.dds.node import LOW_CMD, LOW_STATE, Node, Reader, Writer
 from hardware.dds.remote import remote_bytes
 from hardware.dds.types import REMOTE_BYTES, LowCmd, LowState
+from hardware.robot_sim.effects import FOREIGN_SENDER
 from hardware.robot_sim.ends import Take
-from hardware.robot_sim.faults import FOREIGN_SENDER
 from hardware.wire import clock
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, decode
 from hardware.wire.link import Link

@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hardware.robot_sim.faults import Effect, get_fault
+from hardware.robot_sim.effects import Effect
+from hardware.robot_sim.faults import get_fault
 from hardware.robot_sim.joystick_operator import JoystickOperator, Seen
 from hardware.robot_sim.scenarios import Scenario
 from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot

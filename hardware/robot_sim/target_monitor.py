@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from hardware.robot_sim.faults import FOREIGN_SENDER
+from hardware.robot_sim.effects import FOREIGN_SENDER
 from hardware.wire.messages import pd_tau_targets_lcmt
 from hardware.wire.readings import Floats, Joints, Targets
 from symdyn.robot.definition import Robot
@@ -37,7 +37,7 @@ def mode_of(targets: Targets, robot: Robot) -> Mode:
 
 
 class TargetMonitor:
-    """Watches the targets of one sender; those of the second deployer of :mod:`hardware.robot_sim.faults` are left out.
+    """Watches the targets of one sender; those with ``robot_id`` FOREIGN_SENDER are left out.
 
     Args:
         robot: for its gains.

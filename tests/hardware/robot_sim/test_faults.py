@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio
 import pytest
 
-from hardware.robot_sim.faults import FAULTS, FOREIGN_SENDER, get_fault
+from hardware.robot_sim.effects import FOREIGN_SENDER
+from hardware.robot_sim.faults import FAULTS, get_fault
 from hardware.robot_sim.rig import FALLEN_HEIGHT, PlannedFault, Rig
 from hardware.robot_sim.scenarios import get_scenario
 from hardware.robot_sim.simulated_robot import PERIOD
@@ -84,11 +85,23 @@ def test_before_it_begins_and_after_its_end_all_is_as_without_it(name):
     assert periods[:FIRST] == healthy()[:FIRST]
     if name not in (
         "slippery",
-        "swapped_legs_command",
-    ):  # no difference to a robot that stands as symmetrically as this
+        "swapped_legs_command",  # neither makes a difference to a robot that stands as symmetrically as this
+        "wrong_crc",  # of what goes over DDS only
+    ):
         assert periods[FIRST : LAST + 1] != healthy()[FIRST : LAST + 1]
     if name not in ROBOTS and name not in ("bridge_estop", "second_deployer"):
         assert periods[LAST + 1 :] == healthy()[LAST + 1 :]
+
+
+def test_only_the_last_word_of_a_low_state_is_wrong_if_its_checksum_is():
+    rig, said = rig_with(PlannedFault("wrong_crc", at=BEGIN + PERIOD, lasts=END - BEGIN)), bytes(range(64))
+    damaged = []
+    for _ in range(round(TOTAL / PERIOD)):
+        rig.tick(0.0)
+        damaged.append(rig.damaged(said))
+    for k, data in enumerate(damaged):
+        assert data[:-4] == said[:-4]
+        assert (data != said) == (FIRST <= k <= LAST)
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.control.joystick import JoystickConfig
-from hardware.robot_sim.faults import FOREIGN_SENDER
+from hardware.robot_sim.effects import FOREIGN_SENDER
 from hardware.robot_sim.joystick_operator import PRESSED_S, JoystickOperator, Seen, Step
 from hardware.robot_sim.scenarios import SCENARIOS, SPEED, get_scenario
 from hardware.robot_sim.simulated_robot import PERIOD
