@@ -41,6 +41,7 @@ settings.load_profile("symdyn")
 
 REAL_TIME = frozenset(
     {
+        "test_bridge_command.py",
         "test_deploy_command.py",
         "test_realtime.py",
         "test_robot_sim_command.py",

@@ -9,6 +9,7 @@ from collections import deque
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any
+from uuid import UUID
 
 from hardware.bridge import checks
 from hardware.bridge.guard_process import GuardProcess
@@ -187,12 +188,14 @@ class Bridge:
     def _look_for_faults(self) -> None:
         taken = self._others.take()
         assert self._guard is not None
-        if taken:
+        if taken and self.fault is None:
             key = self._others.writer(taken[-1][1])
             if key == self._guard.key:
                 self._fail("the guard has taken over")
             else:
-                self._fail(f"another program commands the motors: {checks.who_wrote(self._node, key)}")
+                self._fail("another program commands the motors")
+                # it takes tens of milliseconds to find out, and the loop must go on
+                threading.Thread(target=self._tell_who, args=(key,), daemon=True).start()
         elif not self._guard.alive:
             self._fail("the guard process is gone")
         elif self._link.failure is not None or self._dds_failure is not None:
@@ -200,6 +203,9 @@ class Bridge:
         elif self._signals:
             with self._writing:
                 self.relay.latch(STOP_REQUESTED)
+
+    def _tell_who(self, key: UUID | None) -> None:
+        _log.error("It is %s.", checks.who_wrote(self._node, key))
 
     def _fail(self, why: str) -> None:
         if self.fault is None:

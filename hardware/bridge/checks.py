@@ -69,8 +69,8 @@ def refuse_other_writers(node: Node, commands: Reader) -> None:
     taken = commands.take()
     if taken:
         raise ResourceProblem(
-            f"{who_wrote(node, commands.writer(taken[-1][1]))} commands the motors on {LOW_CMD}. End it first: two "
-            "controllers of one robot fight."
+            f"Another program commands the motors on {LOW_CMD}: {who_wrote(node, commands.writer(taken[-1][1]))}. End "
+            "it first: two controllers of one robot fight."
         )
     for one in node.publishers(LOW_CMD):
         if one.key not in node.own_writers:
@@ -91,7 +91,7 @@ def refuse_other_bridge(url: str) -> None:
 
 def who_wrote(node: Node, key: UUID | None) -> str:
     """The process of a writer of LowCmd in words."""
-    return next((one.where for one in node.publishers(LOW_CMD) if one.key == key), "An unknown process")
+    return next((one.where for one in node.publishers(LOW_CMD) if one.key == key), "an unknown process")
 
 
 def _one_robot(node: Node) -> None:

@@ -11,7 +11,7 @@ from uuid import UUID
 
 from symdyn.errors import ResourceProblem
 
-_START_S = 10.0
+_START_S = 20.0
 
 
 class GuardProcess:
