@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ from hardware.dds.messages import LOW_CMD_CODEC, damps
 from hardware.dds.network import LOOPBACK
 from hardware.dds.node import LOW_CMD, Node, Reader
 from hardware.dds.types import LowCmd
-from hardware.wire import clock
 from hardware.wire.sdk_order import SDK_JOINTS
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
@@ -31,7 +31,7 @@ class Heard:
     """A LowCmd.
 
     Attributes:
-        at: when it came, s of time.monotonic().
+        at: when it was written, s of time.monotonic(); by DDS' own stamp, so that a busy computer delays no figure.
         damps: whether it lets no joint hold a position or push.
         kp: of its joints, N m/rad.
         sound: whether its checksum is right.
@@ -92,10 +92,11 @@ class DdsEar:
     def _hear(self) -> None:
         while not self._stop.is_set():
             self._reader.wait(_POLL_S)
-            for data, handle in self._reader.take():
-                at, command = clock.now(), LOW_CMD_CODEC.decode(data)
+            for sample in self._reader.take():
+                at = time.monotonic() - time.time() + 1e-9 * sample.sent
+                command = LOW_CMD_CODEC.decode(sample.data)
                 kp, sound = float(command["motor_cmd"]["kp"][_JOINTS].max()), LOW_CMD_CODEC.crc_fits(command)
-                self.commands.append(Heard(at, damps(command), kp, sound, self._reader.writer(handle)))
+                self.commands.append(Heard(at, damps(command), kp, sound, self._reader.writer(sample.handle)))
 
 
 @contextmanager

@@ -189,7 +189,7 @@ class Bridge:
         taken = self._others.take()
         assert self._guard is not None
         if taken and self.fault is None:
-            key = self._others.writer(taken[-1][1])
+            key = self._others.writer(taken[-1].handle)
             if key == self._guard.key:
                 self._fail("the guard has taken over")
             else:
@@ -238,8 +238,8 @@ class Bridge:
         try:
             while not self._stop.is_set():
                 self._states.wait(_POLL_S)
-                for data, _ in self._states.take():
-                    self._pass_on(data, clock.now())
+                for sample in self._states.take():
+                    self._pass_on(sample.data, clock.now())
         except Exception as error:
             self._dds_failure = error
             _log.exception("The thread that hears the robot has ended")

@@ -33,9 +33,9 @@ def await_robot(node: Node, states: Reader) -> None:
     until, wrong = time.monotonic() + _ANSWER_S, 0
     while time.monotonic() < until:
         states.wait(_POLL_S)
-        for data, _ in states.take():
+        for sample in states.take():
             try:
-                if LOW_STATE_CODEC.crc_fits(LOW_STATE_CODEC.decode(data)):
+                if LOW_STATE_CODEC.crc_fits(LOW_STATE_CODEC.decode(sample.data)):
                     _one_robot(node)
                     return
             except BadMessage:
@@ -68,9 +68,9 @@ def refuse_other_writers(node: Node, commands: Reader) -> None:
     time.sleep(_LISTEN_S)
     taken = commands.take()
     if taken:
+        who = who_wrote(node, commands.writer(taken[-1].handle))
         raise ResourceProblem(
-            f"Another program commands the motors on {LOW_CMD}: {who_wrote(node, commands.writer(taken[-1][1]))}. End "
-            "it first: two controllers of one robot fight."
+            f"Another program commands the motors on {LOW_CMD}: {who}. End it first: two controllers of one robot fight."
         )
     for one in node.publishers(LOW_CMD):
         if one.key not in node.own_writers:

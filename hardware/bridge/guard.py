@@ -78,7 +78,7 @@ class Guard:
 
     def tick(self, now: float) -> None:
         """Look, and damp if it is time to. ``now``: s of time.monotonic()."""
-        if any(self._commands.writer(handle) == self._bridge for _, handle in self._commands.take()):
+        if any(self._commands.writer(sample.handle) == self._bridge for sample in self._commands.take()):
             self._seen_at = now
         punctual = now - self._last_look < _PUNCTUAL_S
         self._last_look = now
@@ -93,9 +93,9 @@ class Guard:
         self.writer.write(self._damping)
 
     def _ended_by_operator(self) -> bool:
-        for data, _ in self._states.take():
+        for sample in self._states.take():
             try:
-                state = LOW_STATE_CODEC.decode(data)
+                state = LOW_STATE_CODEC.decode(sample.data)
             except BadMessage:
                 continue
             if LOW_STATE_CODEC.crc_fits(state):

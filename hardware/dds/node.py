@@ -10,6 +10,7 @@ on, by the same calls of its C layer.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 from uuid import UUID
 
 from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -113,6 +114,20 @@ class Node:
         }
 
 
+class Sample(NamedTuple):
+    """A message.
+
+    Attributes:
+        data: bytes.
+        handle: number of its writer, of which :meth:`Reader.writer` tells the key.
+        sent: when it was written, ns since 1970 by its writer's clock.
+    """
+
+    data: bytes
+    handle: int
+    sent: int
+
+
 class Reader:
     """Bytes of a topic.
 
@@ -140,12 +155,12 @@ class Reader:
         """Until there is something to take, or the time is over; whether there is."""
         return self._waiting.wait(duration(microseconds=round(1e6 * seconds))) > 0
 
-    def take(self) -> list[tuple[bytes, int]]:
-        """What has come since the last time: bytes, and the number by which :meth:`writer` knows who."""
+    def take(self) -> list[Sample]:
+        """What has come since the last time."""
         taken = ddspy_take(self._reader._ref, _ALL, self._depth)
         if isinstance(taken, int):
             raise ResourceProblem(f"DDS has failed: {DDSException(taken).msg}.")
-        return [(data, info.publication_handle) for data, info in taken if info.valid_data]
+        return [Sample(data, info.publication_handle, info.source_timestamp) for data, info in taken if info.valid_data]
 
     def writer(self, handle: int) -> UUID | None:
         """The key of a writer, or None if it is not known any more."""

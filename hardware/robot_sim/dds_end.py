@@ -11,7 +11,7 @@ from typing import Any
 from hardware.dds.codec import BadMessage
 from hardware.dds.messages import LOW_CMD_CODEC, LOW_STATE_CODEC, low_cmd, low_state, targets_message
 from hardware.dds.motion_switcher import SimulatedMotionSwitcher
-from hardware.dds.node import LOW_CMD, LOW_STATE, Node, Reader, Writer
+from hardware.dds.node import LOW_CMD, LOW_STATE, Node, Reader, Sample, Writer
 from hardware.dds.remote import remote_bytes
 from hardware.dds.types import REMOTE_BYTES, LowCmd, LowState
 from hardware.robot_sim.effects import FOREIGN_SENDER
@@ -96,16 +96,16 @@ class DdsEnd:
         try:
             while not self._stop.is_set():
                 self._commands.wait(_POLL_S)
-                for data, handle in self._commands.take():
-                    self._obey(data, handle)
+                for sample in self._commands.take():
+                    self._obey(sample)
                 self._switcher.answer()
         except Exception as error:
             self.failure = error
             _log.exception("The thread that receives has ended")
 
-    def _obey(self, data: bytes, handle: int) -> None:
+    def _obey(self, sample: Sample) -> None:
         try:
-            command = LOW_CMD_CODEC.decode(data)
+            command = LOW_CMD_CODEC.decode(sample.data)
         except BadMessage as error:
             self._refuse(str(error))
             return
@@ -117,7 +117,7 @@ class DdsEnd:
                 _log.warning("The motors are commanded while the motion service %r is active.", self._switcher.service)
         else:
             message = targets_message(command)
-            if self._intruder is not None and self._commands.writer(handle) == self._intruder.key:
+            if self._intruder is not None and self._commands.writer(sample.handle) == self._intruder.key:
                 message.robot_id = FOREIGN_SENDER
             self._take(clock.now(), message)
 

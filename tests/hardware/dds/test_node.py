@@ -43,8 +43,8 @@ def test_bytes_come_through_as_they_were_and_the_reader_knows_from_whom(node):
         writer.write(data)
     assert reader.wait(5.0)
     taken = reader.take()
-    assert [data for data, _ in taken] == said
-    assert {reader.writer(handle) for _, handle in taken} == {writer.key}
+    assert [sample.data for sample in taken] == said
+    assert {reader.writer(sample.handle) for sample in taken} == {writer.key}
     assert not reader.wait(0.01) and not reader.take()
     assert not deaf.take()
 
@@ -56,8 +56,8 @@ def test_of_more_than_it_keeps_a_reader_has_the_newest(node):
     for tick in range(5):
         record["tick"] = tick
         writer.write(LOW_STATE_CODEC.encode(record))
-    ((data, _),) = reader.take()
-    assert LOW_STATE_CODEC.decode(data)["tick"] == 4
+    (sample,) = reader.take()
+    assert LOW_STATE_CODEC.decode(sample.data)["tick"] == 4
 
 
 def test_a_publisher_of_another_type_is_told_from_one_of_the_robots(node):
