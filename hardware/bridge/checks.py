@@ -70,7 +70,7 @@ def refuse_other_writers(node: Node, commands: Reader) -> None:
     if taken:
         who = who_wrote(node, commands.writer(taken[-1].handle))
         raise ResourceProblem(
-            f"Another program commands the motors on {LOW_CMD}: {who}. End it first: two controllers of one robot fight."
+            f"Another program commands the motors on {LOW_CMD}: {who}. End it first: two controllers fight."
         )
     for one in node.publishers(LOW_CMD):
         if one.key not in node.own_writers:
