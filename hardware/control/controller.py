@@ -111,6 +111,7 @@ class Tick:
         desired_stance: (4,) bool, which should.
         estimate: of the trunk's velocity, or None without a state to estimate from.
         state_age: of the older of joints and IMU, s; infinite before both are there.
+        contact_source: what tells of contacts, ``force`` or ``torque``.
     """
 
     state: State
@@ -128,6 +129,7 @@ class Tick:
     desired_stance: np.ndarray
     estimate: Estimate | None
     state_age: float
+    contact_source: str = "force"
 
 
 class Controller:
@@ -335,6 +337,7 @@ class Controller:
             desired_stance=timing.desired_stance[0],
             estimate=estimate,
             state_age=float(max(arrivals)),
+            contact_source=self._contact.source,
         )
 
 

@@ -22,7 +22,8 @@ class ContactConfig:
 
     Attributes:
         source: "force": the sensors in the feet. "torque": the vertical force that the joints' torques tell of; for a
-            robot whose feet have no sensors, or bad ones.
+            robot whose feet have no sensors, or bad ones. "auto": the sensors, unless all four have shown 0 from the
+            start, as without sensors (unitree_mujoco's); then the torques, until one shows something else.
         thresholds: raw foot force above which a foot bears load, LH LF RF RH. Users of the Go2 report that 20 to 60
             parts stance from swing; ``symdyn calibrate-feet`` measures it.
         vertical_force: the same for "torque", N. A standing Go2 has 40 N on each foot.
@@ -30,15 +31,15 @@ class ContactConfig:
         bandwidth: of the observer of "torque", rad/s. Slower, it is late; faster, swinging legs seem to push.
     """
 
-    source: Literal["force", "torque"] = "force"
+    source: Literal["auto", "force", "torque"] = "auto"
     thresholds: tuple[float, float, float, float] = (30.0, 30.0, 30.0, 30.0)
     vertical_force: float = 20.0
     release: float = 0.7
     bandwidth: float = 150.0
 
     def __post_init__(self) -> None:
-        if self.source not in ("force", "torque"):
-            raise InvalidValue("contact.source", self.source, "'force' or 'torque'")
+        if self.source not in ("auto", "force", "torque"):
+            raise InvalidValue("contact.source", self.source, "'auto', 'force' or 'torque'")
         if len(self.thresholds) != len(LEGS):
             raise InvalidValue("contact.thresholds", self.thresholds, f"{len(LEGS)} numbers: {', '.join(LEGS)}")
         named = [("thresholds", value) for value in self.thresholds]
@@ -55,16 +56,18 @@ class FootContact:
 
     Args:
         config: source and thresholds.
-        kinematics: of the robot; for "torque".
+        kinematics: of the robot; for torques.
     """
 
     def __init__(self, config: ContactConfig, kinematics: LegKinematics) -> None:
-        self._force = GroundForce(kinematics, config.bandwidth) if config.source == "torque" else None
-        self._thresholds = np.array(config.thresholds)
-        if config.source == "torque":
-            self._thresholds = np.full(len(LEGS), config.vertical_force)
-        self._release = config.release * self._thresholds
+        self._config = config
+        self._observer = None if config.source == "force" else GroundForce(kinematics, config.bandwidth)
         self._contact = np.zeros(len(LEGS), dtype=bool)
+
+    @property
+    def source(self) -> Literal["force", "torque"]:
+        """What tells of contacts now."""
+        return "force" if self._observer is None else "torque"
 
     def update(self, imu: Imu, joints: Joints, dt: float) -> NDArray[np.bool_]:
         """Which feet bear load, (4,), in the order of symdyn.robot.legs.LEGS. What is not a number is no load.
@@ -74,6 +77,12 @@ class FootContact:
             joints: newest.
             dt: since the sample before, s.
         """
-        force = imu.foot_force if self._force is None else self._force.update(dt, imu, joints)
-        self._contact = force > np.where(self._contact, self._release, self._thresholds)
+        if self._config.source == "auto" and imu.foot_force.any():
+            self._observer = None
+        config = self._config
+        if self._observer is None:
+            force, thresholds = imu.foot_force, np.array(config.thresholds)
+        else:
+            force, thresholds = self._observer.update(dt, imu, joints), np.full(len(LEGS), config.vertical_force)
+        self._contact = force > np.where(self._contact, config.release * thresholds, thresholds)
         return self._contact.copy()

@@ -90,6 +90,8 @@ def _feet(tick: Tick) -> Text:
         mark = "●" if contact else "○"
         meant = tick.state is not State.RUN or contact == desired
         text.append(f"{leg} {mark}  ", style="" if meant else "yellow")
+    if tick.contact_source == "torque":
+        text.append("by the joints' torques  ", style="cyan")
     text.append("on the ground ●, in the air ○; yellow: not as the gait has it", style="dim")
     return text
 

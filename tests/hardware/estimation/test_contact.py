@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def test_what_is_not_a_number_is_no_load() -> None:
         ({"release": 0.0}, "contact.release"),
         ({"vertical_force": math.inf}, "contact.vertical_force"),
         ({"bandwidth": -1.0}, "contact.bandwidth"),
-        ({"source": "sight"}, "'force' or 'torque'"),
+        ({"source": "sight"}, "'auto', 'force' or 'torque'"),
     ],
 )
 def test_settings_that_are_none(setting: dict[str, Any], named: str) -> None:
@@ -112,6 +113,27 @@ def test_contacts_of_the_simulated_robot(gait: str, source: str) -> None:
     true = np.array([s.contact for s in run.samples])
     assert 0.3 < true[run.running].mean() < 0.7
     assert (found == true)[run.running].mean() > 0.95
+
+
+def test_where_feet_show_nothing_the_torques_tell_and_where_they_show_something_they_do() -> None:
+    run = driven("trot", (0.8, 0.0, 0.0), seed=0).samples[:400]
+    numb = [replace(s.imu, foot_force=np.zeros(4)) for s in run]
+    for imus, source in (([s.imu for s in run], "force"), (numb, "torque")):
+        contacts = [FootContact(ContactConfig(source=its), legs()) for its in ("auto", source)]
+        for imu, s in zip(imus, run, strict=True):
+            auto, told = (contact.update(imu, s.joints, s.dt) for contact in contacts)
+            np.testing.assert_array_equal(auto, told)
+        assert contacts[0].source == source
+
+
+def test_a_foot_that_shows_something_once_has_a_sensor() -> None:
+    contact = FootContact(ContactConfig(), legs())
+    assert contact.source == "torque"
+    contact.update(showing(0, 0, 0, 0), STANDING.joints, DT)
+    assert contact.source == "torque"
+    for raw in (3.0, 0.0):
+        contact.update(showing(0, raw, 0, 0), STANDING.joints, DT)
+        assert contact.source == "force"
 
 
 def test_forces_begin_anew_after_bad_input() -> None:

@@ -13,7 +13,7 @@ from hardware.control.controller import State, Tick
 from hardware.control.faults import FAULTS, Fault
 from hardware.control.settings import Settings
 from hardware.running.status import Controls, Status, Timing
-from hardware.running.status_table import table
+from hardware.running.status_table import Shown, table
 from symdyn.gait import library as gaits
 
 ALL_DOWN = np.ones(4, bool)
@@ -74,6 +74,8 @@ def test_what_to_press_next(keyboard: bool) -> None:
 def test_troubles_are_told() -> None:
     assert "dry run" not in text(RUNNING)
     assert "dry run: nothing is sent" in text(RUNNING, replace(CONTROLS, dry=True))
+    assert "torques" not in text(RUNNING)
+    assert "by the joints' torques" in text(replace(RUNNING, tick=replace(TICK, contact_source="torque")))
     assert "3 messages" in text(replace(RUNNING, refused=3))
     assert "ended: the disk is full" in text(replace(RUNNING, log_failure="the disk is full"))
 
@@ -88,3 +90,10 @@ def test_every_fault_comes_with_what_it_means_and_what_helps(name: str) -> None:
 
 def test_a_status_goes_from_process_to_process() -> None:
     assert text(pickle.loads(pickle.dumps(RUNNING))) == text(RUNNING)
+
+
+def test_what_the_display_is_sent_draws_itself() -> None:
+    console = Console(width=140)
+    with console.capture() as captured:
+        console.print(pickle.loads(pickle.dumps(Shown(RUNNING, CONTROLS))))
+    assert captured.get() == text(RUNNING)
