@@ -78,7 +78,7 @@ def await_robot(node: Node) -> None:
 
 @contextmanager
 def bridged(
-    domain: int, url: str, robot_options: Sequence[object] = (), stand: Sequence[str] = QUICK_STAND
+    domain: int, url: str, robot_options: Sequence[object] = (), bridge_options: Sequence[object] = ()
 ) -> Iterator[Bridged]:
     """All of them on loopback, killed at the end; the person at the joystick stands up and trots."""
     on = ("--interface", LOOPBACK, "--domain", domain, "--url", url)
@@ -87,8 +87,8 @@ def bridged(
         ear = DdsEar(domain)
         stack.callback(ear.close)
         await_robot(ear.node)
-        bridge = stack.enter_context(process("bridge", *on))
-        deployer = stack.enter_context(process("deploy", policy_path(), "--url", url, *stand, *FORGIVING))
+        bridge = stack.enter_context(process("bridge", *on, *bridge_options))
+        deployer = stack.enter_context(process("deploy", policy_path(), "--url", url, *QUICK_STAND, *FORGIVING))
         its = Bridged(robot, bridge, deployer, ear)
         try:
             yield its

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import logging
 import os
 import signal
@@ -16,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.bridged import await_mode, bridged
+from benchmarks.dds_ear import free_domain
 from benchmarks.result import Result, spread
 from benchmarks.robot_processes import QUICK_STAND, hearing, process
 from hardware.control.controller import Controller, Inputs, State, Tick
@@ -36,8 +39,8 @@ _PORT = 21900
 
 
 def measure() -> list[Result]:
-    """Compute time up to sending, and age of the state, tick jitter and overruns of real processes over LCM."""
-    return [_decision(), *_session("alone"), *_session("beside two busy processes", load=2)]
+    """Compute time up to sending; age of the state, tick jitter and overruns of real processes over LCM; the bridge."""
+    return [_decision(), *_session("alone"), *_session("beside two busy processes", load=2), *_bridge()]
 
 
 def _decision() -> Result:
@@ -100,6 +103,24 @@ def _session(how: str, load: int = 0) -> list[Result]:
         _p99(f"robot, {how}: whole tick with estimate and log", busy),
         Result(f"robot, {how}: overruns in {_RUN_S:g} s", float(running[-1].overruns - running[0].overruns), ""),
     ]
+
+
+def _bridge() -> list[Result]:
+    url = f"udpm://239.255.76.67:{_PORT + 1}?ttl=0"
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "bridge.json"
+        with bridged(free_domain(), url, bridge_options=("--out", out)) as its:
+            await_mode(its, "running")
+            time.sleep(_RUN_S)
+            its.bridge.damps_and_ends(within=20.0)
+        summary = json.loads(out.read_text())
+    hops = {"states": "LowState decoded and three LCM messages sent", "targets": "from targets to LowCmd on the wire"}
+    found = []
+    for name, what in hops.items():
+        p50, p99, most = summary[f"{name}_took_ms"]
+        details = {"p50": p50, "p99": p99, "max": most}
+        found.append(Result(f"robot, bridge: {what}, p99", p99, "ms", details=details))
+    return [*found, Result("robot, bridge: periods of 2 ms that began late", float(summary["overruns"]), "")]
 
 
 @contextmanager

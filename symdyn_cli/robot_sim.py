@@ -26,6 +26,7 @@ from hardware.robot_sim.scenarios import SCENARIOS, get_scenario
 from hardware.robot_sim.sensors import NO_NOISE, SensorNoise
 from hardware.robot_sim.session import Session
 from hardware.robot_sim.simulated_robot import SimulatedRobot, Start
+from hardware.robot_sim.world import TRAINING, World
 from hardware.wire.link import DEFAULT_URL, Link
 from rl.physics.model import build_spec, force_sensor
 from symdyn.errors import InvalidValue, ResourceProblem
@@ -51,7 +52,7 @@ class RobotSimArguments:
         domain: with --dds, of DDS; a real robot's is 0, unitree_mujoco's is 1.
         motion_service: with --dds, name of the service that is active at first; "" for none.
         url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
-        scenario: what the person does; see above.
+        scenario: what the person does, and in which world; see above.
         start: how the robot is found.
         fault: what goes wrong; see above.
         fault_at: when, s.
@@ -94,10 +95,11 @@ def simulated(
     noise: SensorNoise | None = None,
     wakes_at: float = 0.0,
     bridge: bool = True,
+    world: World = TRAINING,
 ) -> SimulatedRobot:
     """A simulated robot: the trainer's model with knees. See SimulatedRobot."""
-    model = add_knees(build_spec(robot), robot).compile()
-    return SimulatedRobot(model, robot, [force_sensor(leg) for leg in LEGS], seed, start, noise, wakes_at, bridge)
+    model, sensors = add_knees(build_spec(robot), robot).compile(), [force_sensor(leg) for leg in LEGS]
+    return SimulatedRobot(model, robot, sensors, seed, start, noise, wakes_at, bridge, world)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -122,7 +124,8 @@ def run(arguments: Sequence[str]) -> int:
     if args.out is not None:
         writable_directory(args.out.parent)
     robot = get_robot(args.robot)
-    its = simulated(robot, args.seed, args.start, None if args.noise else NO_NOISE, args.wakes_at, not args.dds)
+    noise = None if args.noise else NO_NOISE
+    its = simulated(robot, args.seed, args.start, noise, args.wakes_at, not args.dds, scenario.world)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
     console = make_console()
     log_to(console)

@@ -110,7 +110,7 @@ def _cdr_places(dtype: np.dtype[Any], start: int, at: int = 0) -> tuple[list[tup
     CDR has ``at`` bytes before it; and how many it has after."""
     pairs: list[tuple[int, int]] = []
     if dtype.names is not None and dtype.fields is not None:
-        for kind, offset, *_ in (dict(dtype.fields)[name] for name in dtype.names):
+        for kind, offset, *_ in dtype.fields.values():
             its, at = _cdr_places(kind, start + offset, at)
             pairs += its
         return pairs, at

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from hardware.control.joystick import MIRRORED, JoystickConfig
 from hardware.robot_sim.joystick_operator import Seen, Step
+from hardware.robot_sim.world import TRAINING, UNITREE, World
 from hardware.wire.readings import BUTTONS
 from symdyn.errors import UnknownName
 from symdyn.gait.library import PAPER_GAITS
@@ -25,10 +26,12 @@ class Scenario:
     Attributes:
         help: one line.
         steps: of :class:`hardware.robot_sim.joystick_operator.JoystickOperator`.
+        world: around the robot.
     """
 
     help: str
     steps: tuple[Step, ...]
+    world: World = TRAINING
 
 
 def _stands(seen: Seen) -> bool:
@@ -69,13 +72,20 @@ _PAPER = (
     "trot",
 )  # fmt: skip
 
+_GAITS = (*_STAND_UP, *_RUN, *(_gait(name, 6.0) for name in PAPER_GAITS), *_END)
+
 SCENARIOS: dict[str, Scenario] = {
     "idle": Scenario("nobody touches the joystick", ()),
     "stand": Scenario("stands up", (*_STAND_UP, Step("leaves it standing", hold_s=math.inf, upright=True))),
     "run": Scenario("stands up and trots until the end", (*_STAND_UP, *_RUN, _gait("trot", math.inf))),
     "gaits": Scenario(
         "stands up, runs in each of the six gaits for 6 s, lies down",
-        (*_STAND_UP, *_RUN, *(_gait(name, 6.0) for name in PAPER_GAITS), *_END),
+        _GAITS,
+    ),
+    "unitree": Scenario(
+        "the same in the world of Unitree's simulator: slippery floor, joint friction, numb feet, motors at 2 ms",
+        _GAITS,
+        UNITREE,
     ),
     "paper": Scenario(
         "the paper's experiment: stands up, trots, bounds, half-bounds, gallops, changes leads, 5 s each, lies down",

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
+from hardware.robot_sim.world import TRAINING, World
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
 from hardware.wire.readings import Joints
 from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
@@ -76,6 +77,7 @@ class SimulatedRobot:
         noise: of the sensors; None for the usual.
         wakes_at: s.
         bridge: whether there is one between this robot and the messages.
+        world: floor, joints, motors and feet.
 
     Attributes:
         model: the copy.
@@ -94,6 +96,7 @@ class SimulatedRobot:
         noise: SensorNoise | None = None,
         wakes_at: float = 0.0,
         bridge: bool = True,
+        world: World = TRAINING,
     ) -> None:
         self.model = copy.copy(model)
         self.model.opt.timestep = PERIOD
@@ -118,6 +121,8 @@ class SimulatedRobot:
         self._wakes_at = wakes_at
         self._bridge = bridge
         self._awake = not bridge
+        self._world = world
+        self._enter(self._world)
         self._settle(start)
         self._truth = self._sense(self._velocity())
         self._measured = self._sensors.measure(self._truth)
@@ -171,7 +176,7 @@ class SimulatedRobot:
         """Advance by one period of the messages."""
         before = self._velocity()
         self.data.xfrc_applied[self._trunk] = self.wrench_w + self._harness()
-        mujoco.mj_step(self.model, self.data)
+        self._advance()
         self._truth = self._sense(before)
         self._measured = self._sensors.measure(self._truth)
         self._wake()
@@ -209,7 +214,8 @@ class SimulatedRobot:
             message.rpy = _wire(np.array(roll_pitch_yaw(self._measured.quat_w)))
             message.omegaBody = _wire(self._measured.angular_velocity_b)
             message.aBody = _wire(self._measured.acceleration_b)
-            message.contact_estimate = _wire(self._measured.foot_force, _LEGS_TO_SDK)
+            if self._world.foot_sensors:
+                message.contact_estimate = _wire(self._measured.foot_force, _LEGS_TO_SDK)
         return message
 
     def truth(self) -> state_estimator_lcmt:
@@ -228,6 +234,26 @@ class SimulatedRobot:
         message.contact_estimate = _wire((truth.foot_force > CONTACT_FORCE).astype(float), _LEGS_TO_SDK)
         message.timestamp_us = round(1e6 * self.time)
         return message
+
+    def _enter(self, world: World) -> None:
+        if world.floor_friction is not None:
+            self.model.geom_friction[self.model.geom_bodyid == 0, 0] = world.floor_friction
+        self.model.dof_frictionloss[self._joint_vel] += world.joint_friction
+
+    def _advance(self) -> None:
+        if not self._world.explicit:
+            mujoco.mj_step(self.model, self.data)
+            return
+        # the same law, but of the state as it is now: a torque that the step does not change
+        gain, bias = self.model.actuator_gainprm, self.model.actuator_biasprm
+        law = gain[self._motors, 0].copy(), bias[self._motors, :3].copy()
+        pos, vel = self.data.qpos[self._joint_pos], self.data.qvel[self._joint_vel]
+        constant, stiffness, damping = law[1].T
+        torque = law[0] * self.data.ctrl[self._motors] + constant + stiffness * pos + damping * vel
+        gain[self._motors, 0] = 0.0
+        bias[self._motors, 0], bias[self._motors, 1], bias[self._motors, 2] = torque, 0.0, 0.0
+        mujoco.mj_step(self.model, self.data)
+        gain[self._motors, 0], bias[self._motors, :3] = law
 
     def _drive(self, pos: Floats, kp: Floats | float, kd: Floats | float, vel: Floats | float, torque: Floats | float):
         # kp (pos - q) + kd (vel - qd) + torque, the gains where MuJoCo's implicit integrator and saturation see them
@@ -253,7 +279,7 @@ class SimulatedRobot:
         self._drive(pose, *gains, 0.0, 0.0)
         for _ in range(round(_SETTLING / PERIOD)):
             self.data.xfrc_applied[self._trunk] = self._harness()
-            mujoco.mj_step(self.model, self.data)
+            self._advance()
         self.data.time = 0.0
         self._at_rest = start == "lying"
         if self._at_rest:

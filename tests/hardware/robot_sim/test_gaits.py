@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.world import TRAINING, UNITREE, World
 from hardware.wire.readings import Imu, Joints, Targets
 from hardware.wire.sdk_order import LEGS_FROM_SDK
 from rl.judging.simulate import Script, Segment, run
@@ -36,9 +37,9 @@ def trained(policy) -> dict[str, Recording]:
     return {name: episode.recording for name, episode in zip(PAPER_GAITS, run(policy, scripts), strict=True)}
 
 
-def driven(policy: Policy, gait: str, seed: int) -> dict[str, np.ndarray]:
+def driven(policy: Policy, gait: str, seed: int, world: World = TRAINING) -> dict[str, np.ndarray]:
     """Through the wire's messages, noise and all: at 500 Hz what was true, and what the feet said."""
-    robot, driver, meta = go2(seed=seed, start="standing"), PolicyDriver(policy), policy.metadata
+    robot, driver, meta = go2(seed=seed, start="standing", world=world), PolicyDriver(policy), policy.metadata
     driver.offsets[0] = get(gait).theta
     ones = np.ones(len(meta.joint_names))
     found = {"velocity": [], "tilt": [], "contact": [], "raw": [], "desired": []}
@@ -74,6 +75,16 @@ def test_each_gait_runs_and_tracks_as_in_trainings_simulator(policy, trained, ga
     agreement = (here["contact"] == here["desired"])[settled].mean()
     same_there = (there.contact == there.desired_stance)[round(2.0 / there.dt) :].mean()
     assert agreement == pytest.approx(same_there, abs=0.05)
+
+
+@pytest.mark.parametrize("gait", PAPER_GAITS)
+def test_each_gait_runs_in_the_world_of_unitrees_simulator(policy, gait):
+    found = driven(policy, gait, 1, UNITREE)
+    settled = slice(round(2.0 / PERIOD), None)
+    assert found["tilt"].max() < 0.7, "it fell"
+    assert np.mean(found["velocity"][settled]) == pytest.approx(SPEED, abs=0.15)
+    assert (found["contact"] == found["desired"])[settled].mean() > 0.8
+    assert not found["raw"].any()
 
 
 def test_thresholds_from_20_to_60_raw_units_part_stance_from_swing_in_a_trot(policy):
