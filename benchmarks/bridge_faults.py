@@ -157,7 +157,7 @@ def trial(cell: dict[str, Any]) -> dict[str, Any]:
                 **cell, "at_s": wait,
                 "by": None if damped is None else its.who(damped),
                 "reaction_ms": None if damped is None else 1e3 * (damped - began),
-                "longest_gap_ms": 1e3 * its.ear.longest_gap(began),
+                "longest_gap_ms": None if damped is None else 1e3 * its.ear.longest_gap(began),
                 "stiff_after": its.ear.stiff_after_damping(began),
                 "unsound": sum(not heard.sound for heard in its.ear.commands),
             }  # fmt: skip

@@ -85,9 +85,9 @@ class DdsEar:
         return 0 if first is None else sum(heard.at > first and not heard.damps for heard in self.commands)
 
     def longest_gap(self, after: float) -> float:
-        """Between two commands, s."""
+        """Between two commands, s; 0 if there were not two."""
         times = [heard.at for heard in self.commands if heard.at >= after]
-        return max((b - a for a, b in pairwise(times)), default=float("inf"))
+        return max((b - a for a, b in pairwise(times)), default=0.0)
 
     def _hear(self) -> None:
         while not self._stop.is_set():
