@@ -19,8 +19,9 @@ import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
-from rl.learning.config import TrainConfig, preset  # noqa: E402
+from rl.learning.config import TrainConfig  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
+from rl.learning.presets import preset  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
@@ -125,13 +126,13 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
 
 def _run(trainer: Trainer, console: Console) -> int:
     config, directory = trainer.config, trainer.run
-    samples = config.iterations * trainer.samples_per_iteration
+    samples = config.total_iterations * config.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}, {trainer.robot.name}): {config.num_envs} robots, "
-        f"{config.iterations} updates, "
+        f"{config.total_iterations} updates, "
         f"{samples / 1e6:.3g} million samples. Curves: tensorboard --logdir {directory}"
     )
-    with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
+    with TrainingDisplay(console, trainer.iteration, config.total_iterations) as display:
         done = trainer.train(display.update)
     if not done:
         console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
