@@ -34,6 +34,7 @@ from symdyn.gait.library import Gait
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
 from symdyn.policy.observation import Sensed
+from symdyn.robot.frames import yaw
 
 _log = logging.getLogger(__name__)
 

@@ -148,10 +148,11 @@ class TrainConfig:
         data["stages"] = []
         before = data
         for item in self.stages[: stage + 1]:
-            settings = {name: list(value) if isinstance(value, tuple) else value for name, value in item.settings.items()}
+            settings = {
+                name: list(value) if isinstance(value, tuple) else value for name, value in item.settings.items()
+            }
             before = data
             data = plain(rebuild(TrainConfig, stages.changed(data, settings), f"stage {item.name!r}"))
         if self.stages and samples is not None:
             data = stages.blend(before, data, stages.share(self.stages[stage], samples))
         return rebuild(TrainConfig, data, "the settings")
-

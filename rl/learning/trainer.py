@@ -277,9 +277,10 @@ class Trainer:
         self._now = self.config.in_stage(min(stage, len(self.config.stages) - 1), samples)
         physics = None if self._now.engine == before.engine else self._physics()
         if physics is not None or replace(self._now.env, rewards=before.env.rewards) != before.env:
-            self.env.begin_stage(self._now.env, physics)
-            self._returns.zero_()
-            self._lengths.zero_()
+            with torch.inference_mode():  # as its steps are made
+                self.env.begin_stage(self._now.env, physics)
+                self._returns.zero_()
+                self._lengths.zero_()
 
     def _check_finite(self, losses: dict[str, float]) -> None:
         wrong = [f"the {name} loss is {value}" for name, value in losses.items() if not math.isfinite(value)]

@@ -117,7 +117,8 @@ class BatchPhysics(Physics):
 
     def substep(self) -> None:
         """Advance one physics step: the next of the control step that :meth:`set_targets` began."""
-        self._act(self._substep)
+        if self._substep:
+            self._act(self._substep)
         self._substep += 1
         try:
             self.batch.step(stage=_VELOCITY_STAGE)
@@ -131,6 +132,7 @@ class BatchPhysics(Physics):
         self._failed |= ~np.isfinite(joint_targets).all(axis=1)
         self._delay_line.push(joint_targets - self.dynamics.joint_offset)
         self._substep = 0
+        self._act(0)
 
     def _act(self, substep: int) -> None:
         """Give every motor the target that has reached it, and the torque that it has at its speed."""

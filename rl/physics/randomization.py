@@ -10,7 +10,7 @@ from symdyn.errors import InvalidValue
 
 @dataclass(frozen=True)
 class RandomizationConfig:
-    """Ranges; the defaults are the paper's Table III. Everything but pushes and noise is drawn once for each simulation.
+    """Ranges; the defaults are the paper's Table III. All but pushes and noise is drawn once for each simulation.
 
     Attributes:
         added_mass: kg, added to the trunk.
@@ -19,10 +19,10 @@ class RandomizationConfig:
         push_interval_s: time between pushes, s (the paper gives none).
         observation_noise: whether the noise of the observation table is added.
         mass_pos_b: half-widths of where the added mass sits, m from the trunk's centre of mass (not in the paper).
-        com_shift_b: half-widths of the displacement of the trunk's centre of mass, m (not in the paper; HIMLoco has 0.05,
-            mjlab 0.03).
-        strength: factor on the torque of every motor of a robot (not in the paper; HIMLoco and walk-these-ways have 0.9 to
-            1.1, parkour 0.8 to 1.2).
+        com_shift_b: half-widths of the displacement of the trunk's centre of mass, m (not in the paper; HIMLoco has
+            0.05, mjlab 0.03).
+        strength: factor on the torque of every motor of a robot (not in the paper; HIMLoco and walk-these-ways have 0.9
+            to 1.1, parkour 0.8 to 1.2).
         gains: factor on kp and on kd, drawn for each joint (not in the paper; HIMLoco has 0.9 to 1.1).
         joint_offset: half-width of the error of the encoders' zero, rad (not in the paper; walk-these-ways has 0.02,
             mjlab 0.015).

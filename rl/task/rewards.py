@@ -1,8 +1,8 @@
 """The reward of the paper: Table II and the symmetry terms of section III-D; and three terms that are not in it.
 
 Every term is a pure function of tensors to (N,), at most zero and bounded by its weight; weights and shapes stand in
-:class:`rl.task.settings.RewardConfig`. Velocities are those of the heading frame (symdyn.robot.frames): forward, lateral, and the yaw
-rate.
+:class:`rl.task.settings.RewardConfig`. Velocities are those of the heading frame (symdyn.robot.frames): forward,
+lateral, and the yaw rate.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def joint_speed(joint_vel: torch.Tensor, free: torch.Tensor, rate: float) -> tor
 
 
 def stance(joint_pos_rel: torch.Tensor, standing: torch.Tensor, rate: float) -> torch.Tensor:
-    """Summed deviation of the joints from the nominal stance, of robots that are told to stand. (N, 12), (N,) -> (N,)."""
+    """Summed deviation from the nominal stance of robots that are told to stand. (N, 12), (N,) -> (N,)."""
     return -saturating(joint_pos_rel.abs().sum(dim=1), rate) * standing
 
 

@@ -93,12 +93,13 @@ class CommandConfig:
         if self.lateral_acceleration is not None and not 0.0 < self.lateral_acceleration < math.inf:
             raise InvalidValue("lateral_acceleration", self.lateral_acceleration, "a number > 0")
         if self.in_place_share + self.stand_share > 1.0:
-            raise InvalidValue("in_place_share", self.in_place_share, f"at most 1 - stand_share, {1.0 - self.stand_share:g}")
+            raise InvalidValue(
+                "in_place_share", self.in_place_share, f"at most 1 - stand_share, {1.0 - self.stand_share:g}"
+            )
         if (self.stand_share > 0.0 or self.hold_share > 0.0) and not self.steered:
             raise InvalidValue("steered", self.steered, "True where robots are told to stand or hold their heading")
-        if self.forward_share is not None:
-            if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
-                raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
+        if self.forward_share is not None and not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
+            raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from scipy.special import ive
 
 from symdyn.arrays import Array
 
-
 _SHORTEST_SWING = 1e-9
 """Share of a stride; what takes its place as a divisor when a robot stands."""
 

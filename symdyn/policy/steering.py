@@ -1,7 +1,7 @@
 """From what is asked of a robot to what its policy is told: a dead band, standing, and heading hold.
 
-Trainer, simulator, viewer and robot call the same functions, on tensors and on numpy arrays. A command is (v_x, v_y, yaw
-rate) in the heading frame, m/s, m/s, rad/s.
+Trainer, simulator, viewer and robot call the same functions, on tensors and on numpy arrays. A command is (v_x, v_y,
+yaw rate) in the heading frame, m/s, m/s, rad/s.
 """
 
 from __future__ import annotations

@@ -95,8 +95,8 @@ class Robot:
         gear_ratio: motor turns per joint turn for the joint with the lowest torque limit, where the URDF has a link
             ``..._rotor`` beside each driven one; the other ratios follow from the torque limits, the motors being
             alike. Without it the joints carry no reflected rotor inertia.
-        torque_knee: share of a joint's velocity limit up to which its motor gives its full torque; from there the torque
-            along the motion falls linearly to zero at the limit. Without it the motors know no limit of speed.
+        torque_knee: share of a joint's velocity limit up to which its motor gives its full torque; from there the
+            torque along the motion falls linearly to zero at the limit. Without it speed does not limit torque.
         limits: of joints, where the URDF has none or wrong ones.
 
     Raises:

@@ -48,7 +48,7 @@ def urdf_path(robot: Robot) -> Path:
 
 
 def velocity_limits(robot: Robot) -> NDArray[np.float64]:
-    """Highest speed of each joint, (12,) rad/s in the order of JOINTS: the robot file's where it has one, else the URDF's.
+    """Highest speed of each joint, (12,) rad/s in the order of JOINTS: from the robot file, else from the URDF.
 
     Raises:
         FileProblem: if neither has one, or the URDF is missing or no XML.
