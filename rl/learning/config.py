@@ -86,6 +86,8 @@ class TrainConfig:
         timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
+        candidates: how many of the last checkpoints are compared at the end, by validation on commands and seeds that
+            no experiment uses; the best of them and their mean becomes RUN/policy.onnx. 0 exports nothing.
         engine: settings of the physics that is learned in.
         env: the task.
         ppo: the learner.
@@ -101,6 +103,7 @@ class TrainConfig:
     timing: Path | None = None
     checkpoint_every: int = 25
     keep_every: int = 500
+    candidates: int = 6
     engine: EngineConfig = field(default_factory=EngineConfig)
     env: EnvConfig = field(default_factory=EnvConfig)
     ppo: PPOConfig = field(default_factory=PPOConfig)
@@ -110,7 +113,7 @@ class TrainConfig:
         for name in ("iterations", "num_envs", "checkpoint_every", "keep_every"):
             if getattr(self, name) < 1:
                 raise InvalidValue(name, getattr(self, name), "a whole number > 0")
-        for name in ("seed", "threads"):
+        for name in ("seed", "threads", "candidates"):
             if getattr(self, name) < 0:
                 raise InvalidValue(name, getattr(self, name), "a whole number >= 0")
         # advantages are normalised by their standard deviation, which one sample does not have

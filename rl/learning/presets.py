@@ -99,8 +99,8 @@ _STAGES = (
     ),
     Stage(
         "all-round",
-        samples=8.5e6,
-        ramp=6e6,
+        samples=7e6,
+        ramp=5e6,
         settings={
             "env.commands.velocity_first_s": [1.5, 5.0],
             "env.commands.velocity_again_s": [1.5, 5.0],
@@ -133,8 +133,8 @@ _STAGES = (
     ),
     Stage(
         "harden",
-        samples=4e6,
-        ramp=2e6,
+        samples=2.5e6,
+        ramp=1e6,
         settings={
             **{f"engine.{name}": value for name, value in plain(ENGINES["accurate"]).items()},
             "env.rewards.x_velocity": 0.8,
@@ -165,6 +165,7 @@ def _smoke() -> TrainConfig:
         iterations=3,
         num_envs=16,
         checkpoint_every=1,
+        candidates=0,
         ppo=replace(cpu.ppo, steps=8, epochs=2),
         stages=(
             Stage("move", samples=128.0),
@@ -172,6 +173,8 @@ def _smoke() -> TrainConfig:
         ),
     )
 
+
+DEFAULT_PRESET = "cpu"
 
 PRESETS: dict[str, Callable[[], TrainConfig]] = {"cpu": _cpu, "paper": _paper, "smoke": _smoke}
 """``cpu``: one run in stages, from nothing to a policy that is fit for a robot, on two cores. ``paper``: section III-E

@@ -39,9 +39,7 @@ CONFIG = TrainConfig(stages=(FIRST, SECOND, Stage("third", settings={"env.reward
 
 def test_a_stage_keeps_what_the_one_before_it_set() -> None:
     third = CONFIG.in_stage(2)
-    assert third.env.rewards == replace(
-        RewardConfig(), temporal=0.5, velocity_filter=1.0, morphological_term=False
-    )
+    assert third.env.rewards == replace(RewardConfig(), temporal=0.5, velocity_filter=1.0, morphological_term=False)
     assert third.env.randomization.friction == (0.5, 1.5)
     assert (third.ppo.entropy, third.ppo.epochs, third.stages) == (0.0, 3, ())
     assert CONFIG.in_stage(0) == replace(CONFIG, stages=())

@@ -51,7 +51,7 @@ def test_a_robot_on_a_slope_stands_on_it() -> None:
     physics = make(n)
     physics.set_dynamics(Dynamics.nominal(n, slope=slope))
     pose = standing(n)
-    physics.reset(np.arange(n), replace(pose, base_pos_w=pose.base_pos_w + [0.0, 0.0, 0.02]))
+    physics.reset(np.arange(n), replace(pose, base_pos_w=pose.base_pos_w + np.array([0.0, 0.0, 0.02])))
     for _ in range(20):
         physics.step(STAND.expand(n, 12))
     state = physics.read()

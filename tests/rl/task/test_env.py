@@ -7,13 +7,13 @@ import io
 import math
 from dataclasses import replace
 
-import pytest
 import numpy as np
+import pytest
 import torch
 
 from rl.physics.batch import BatchPhysics
-from rl.physics.protocol import heading_velocity
 from rl.physics.dynamics import Dynamics
+from rl.physics.protocol import heading_velocity
 from rl.physics.randomization import NOMINAL
 from rl.task.privileged import PRIVILEGED
 from rl.task.settings import CommandConfig, ResetConfig, RewardConfig, TerminationConfig

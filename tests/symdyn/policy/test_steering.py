@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_jitter_about_a_threshold_switches_at_most_once(threshold: float, size: 
     for _ in range(40):
         followed = BAND.apply(np.array([threshold + rng.uniform(-size, size), 0.0, 0.0]), followed)
         history.append(followed[0] != 0.0)
-    assert sum(a != b for a, b in zip(history, history[1:], strict=False)) <= 1
+    assert sum(a != b for a, b in pairwise(history)) <= 1
 
 
 def test_a_command_that_changes_sign_is_followed_at_once_where_it_is_large() -> None:
