@@ -34,7 +34,8 @@ class ExperimentArguments:
     """Run experiments of the paper's Results section on a policy file: fixed seeds, figures, metrics.json and a table
     paper against goal against here. Names: velocity (following -2, -1, 0.2, 2 m/s), gaits (is it the gait that was
     asked for?), transitions (every ordered pair), cot (cost of transport), ablation (without one of the symmetries),
-    robustness (random sequences; other robots, pushes, latency), terrain (bumps of 4 cm), reversal (backwards against
+    robustness (random sequences; other robots, pushes, delays), steering (turning, sideways,
+    straight ahead, standing), terrain (bumps of 4 cm), reversal (backwards against
     forwards), mixtures (gaits between gaits), learning (the checkpoints of training runs), or all of them but learning.
 
     Attributes:

@@ -22,6 +22,7 @@ from symdyn.errors import FileProblem, InvalidValue, PolicyMismatch
 from symdyn.gait.library import Gait
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.steering import HeadingHold
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 from symdyn.robot.robot_file import ROBOTS, get_robot
@@ -78,6 +79,14 @@ class Policy:
     def with_timing(self, timing: TimingCurve) -> Policy:
         """The same network under other curves."""
         return Policy(self._session, replace(self.metadata, timing=timing), self.robot)
+
+    def with_heading_hold(self, hold: HeadingHold) -> Policy:
+        """The same network with another heading hold; itself, if it is not steered."""
+        steering = self.metadata.steering
+        if steering is None:
+            return self
+        steering = replace(steering, heading_hold=hold)
+        return Policy(self._session, replace(self.metadata, steering=steering), self.robot)
 
     @property
     def timing(self) -> TimingCurve:
