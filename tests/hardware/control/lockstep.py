@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from functools import cache
 
 from hardware.control.controller import Controller, State
@@ -33,6 +34,33 @@ def world(
     """A lying robot and a person who goes through a scenario."""
     rig = Rig(go2(seed), get_scenario(scenario), fault, seed)
     return Lockstep(Controller(shipped(), settings or Settings(), dry), rig)
+
+
+@cache
+def _ready(state: State, settings: Settings) -> tuple[Lockstep, list[Moment]]:
+    its = world("run", settings=settings)
+    moments = []
+    for moment in its.ticks(9.0):
+        moments.append(moment)
+        if moment.tick.state is state and moment.tick.ready:
+            return its, moments
+    raise AssertionError(f"it was not ready for R1 in {state}: {moments[-1].tick.fault}")
+
+
+def ready(state: State, settings: Settings, fault: PlannedFault | None = None) -> Lockstep:
+    """A robot in the scenario ``run`` at the first moment at which R1 would take it on from a state.
+
+    It is a copy of one that came there without a fault: up to then, a fault that comes later makes no difference.
+    """
+    its = copy.deepcopy(_ready(state, settings)[0])
+    if fault is not None:
+        its.rig.plan(fault)
+    return its
+
+
+def before_ready(state: State, settings: Settings) -> list[Moment]:
+    """The ticks of :func:`ready` up to then."""
+    return _ready(state, settings)[1]
 
 
 def until(world: Lockstep, state: State, within: float) -> list[Moment]:
