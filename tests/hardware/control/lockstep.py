@@ -37,30 +37,31 @@ def world(
 
 
 @cache
-def _ready(state: State, settings: Settings) -> tuple[Lockstep, list[Moment]]:
-    its = world("run", settings=settings)
-    moments = []
-    for moment in its.ticks(9.0):
-        moments.append(moment)
-        if moment.tick.state is state and moment.tick.ready:
-            return its, moments
-    raise AssertionError(f"it was not ready for R1 in {state}: {moments[-1].tick.fault}")
+def _before(state: State, settings: Settings) -> tuple[Lockstep, list[Moment]]:
+    its, moments = world("run", settings=settings), []
+    while its.time < 9.0:
+        here = copy.deepcopy(its)
+        ahead = its.run(0.1)
+        if any(moment.tick.state is state for moment in ahead):
+            return here, moments
+        moments += ahead
+    raise AssertionError(f"{state} was not reached: {moments[-1].tick.fault}")
 
 
-def ready(state: State, settings: Settings, fault: PlannedFault | None = None) -> Lockstep:
-    """A robot in the scenario ``run`` at the first moment at which R1 would take it on from a state.
+def before(state: State, settings: Settings, fault: PlannedFault | None = None) -> Lockstep:
+    """A robot in the scenario ``run``, at most a tenth of a second before a state is entered.
 
     It is a copy of one that came there without a fault: up to then, a fault that comes later makes no difference.
     """
-    its = copy.deepcopy(_ready(state, settings)[0])
+    its = copy.deepcopy(_before(state, settings)[0])
     if fault is not None:
         its.rig.plan(fault)
     return its
 
 
-def before_ready(state: State, settings: Settings) -> list[Moment]:
-    """The ticks of :func:`ready` up to then."""
-    return _ready(state, settings)[1]
+def up_to(state: State, settings: Settings) -> list[Moment]:
+    """The ticks of :func:`before` up to then."""
+    return _before(state, settings)[1]
 
 
 def until(world: Lockstep, state: State, within: float) -> list[Moment]:

@@ -12,7 +12,7 @@ from hardware.control.controller import State
 from hardware.control.settings import Settings, StandConfig
 from hardware.robot_sim.lockstep import Moment
 from hardware.robot_sim.rig import PlannedFault
-from tests.hardware.control.lockstep import before_ready, ready, world
+from tests.hardware.control.lockstep import before, up_to, world
 
 QUICK = Settings(stand=StandConfig(rise_s=0.8, ramp_s=0.2, settle_s=0.2, wiggle_s=0.1))
 
@@ -35,7 +35,7 @@ def numbers(moments: Sequence[Moment]) -> np.ndarray:
 
 
 def test_a_copy_goes_on_as_the_original_does_to_the_last_bit() -> None:
-    original = ready(State.STAND, QUICK)
+    original = before(State.RUN, QUICK)
     other = copy.deepcopy(original)
     first = numbers(other.run(2.0))
     assert first[-1, 1] == list(State).index(State.RUN)
@@ -43,13 +43,12 @@ def test_a_copy_goes_on_as_the_original_does_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize("name", ["joint_velocity_spike", "silent"])
-@pytest.mark.parametrize(("state", "since"), [(State.PASSIVE, "stand"), (State.STAND, "run")])
+@pytest.mark.parametrize(("state", "since"), [(State.STAND, "stand"), (State.RUN, "run")])
 def test_a_fault_planned_in_a_copy_is_as_if_it_had_been_planned_from_the_start(name, state, since) -> None:
     fault = PlannedFault(name, 0.2, since)
     from_the_start = world("run", fault, settings=QUICK)
-    later = ready(state, QUICK, fault)
-    before = before_ready(state, QUICK)
+    later = before(state, QUICK, fault)
     wanted = numbers(from_the_start.run(later.time + 2.5))
-    np.testing.assert_array_equal(numbers([*before, *later.run(2.5)]), wanted)
+    np.testing.assert_array_equal(numbers([*up_to(state, QUICK), *later.run(2.5)]), wanted)
     assert wanted[-1, 1] == list(State).index(State.DAMP)
     assert later.rig.fault_began == from_the_start.rig.fault_began is not None
