@@ -17,7 +17,8 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.randomization import NOMINAL, RandomizationConfig
 from rl.task.commands import CommandConfig
-from rl.task.env import EnvConfig, GaitEnv, ResetConfig
+from rl.task.config import EnvConfig, ResetConfig
+from rl.task.env import GaitEnv
 from symdyn.gait.library import PAPER_GAITS
 
 SEQUENCES = 100

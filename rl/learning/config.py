@@ -12,8 +12,8 @@ import tyro
 from rl.physics.engine import EngineConfig
 from rl.physics.randomization import RandomizationConfig
 from rl.task.commands import CommandConfig
+from rl.task.config import EnvConfig, ResetConfig
 from rl.task.curriculum import RewardCurriculum
-from rl.task.env import EnvConfig, ResetConfig
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.robot.robot_file import DEFAULT_ROBOT

@@ -20,7 +20,8 @@ from rl.learning.learner import make_ppo
 from rl.physics.batch import BatchPhysics
 from rl.physics.randomization import NOMINAL
 from rl.task.commands import CommandConfig
-from rl.task.env import EnvConfig, GaitEnv
+from rl.task.config import EnvConfig
+from rl.task.env import GaitEnv
 from rl.task.privileged import PRIVILEGED, privileged_terms
 from rl.task.rewards import RewardConfig
 from symdyn.errors import InvalidValue

@@ -14,7 +14,8 @@ import torch
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.commands import CommandConfig
-from rl.task.env import EnvConfig, GaitEnv
+from rl.task.config import EnvConfig
+from rl.task.env import GaitEnv
 from symdyn.gait.timing import TimingCurve
 from tests.robots import GO2
 

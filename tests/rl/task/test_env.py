@@ -14,7 +14,7 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.protocol import heading_velocity
 from rl.physics.randomization import NOMINAL
 from rl.task.commands import CommandConfig
-from rl.task.env import ResetConfig
+from rl.task.config import ResetConfig
 from rl.task.privileged import PRIVILEGED
 from rl.task.rewards import RewardConfig
 from rl.task.termination import TerminationConfig, fallen

@@ -12,7 +12,7 @@ from scipy.stats import kstest
 
 from rl.physics.randomization import NOMINAL
 from rl.task.commands import CommandConfig
-from rl.task.env import ResetConfig
+from rl.task.config import ResetConfig
 from rl.task.privileged import PRIVILEGED
 from symdyn.policy.observation import LAYOUTS
 from tests.rl.task.envs import LIVELY, bits, make, random_actions
