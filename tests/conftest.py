@@ -42,13 +42,37 @@ settings.load_profile("symdyn")
 REAL_TIME = frozenset(
     {
         "test_deploy_command.py",
+        "test_paper_experiment.py",
         "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
-        "test_runner.py",
     }
 )
-"""Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
+"""Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them two at a time, after
+all others: a robot and its deployer take less than a processor."""
+
+ALONE = frozenset(
+    {
+        "test_deploy_command.py::test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_itself",
+        "test_realtime.py",
+    }
+)
+"""Of those, files and tests that take a processor, or ask for how all processors sleep: marked ``alone``."""
+
+LONGEST = (
+    "test_paper_experiment.py",
+    "test_docs.py",
+    "test_controller.py",
+    "test_notebooks.py",
+    "test_experiments.py",
+    "test_explore.py",
+    "test_identify.py",
+    "test_leg_order.py",
+    "test_velocity.py",
+    "test_export.py",
+    "test_trainer.py",
+)
+"""Slow files that take longest, the longest first: begun last, one of them would keep a single process busy."""
 
 SLOW = frozenset(
     {
@@ -86,6 +110,7 @@ SLOW = frozenset(
         "test_plots.py",
         "test_points.py",
         "test_record_command.py",
+        "test_runner.py",
         "test_scene.py",
         "test_simulated_robot.py",
         "test_slip_commands.py",
@@ -111,11 +136,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if among(item, REAL_TIME):
             item.add_marker(pytest.mark.realtime)
+        if among(item, ALONE):
+            item.add_marker(pytest.mark.alone)
         if among(item, SLOW):
             item.add_marker(pytest.mark.slow)
     # slow files first: where files go to processes, the last ones are then short, and no process waits for another
     files = frozenset(name.partition("::")[0] for name in SLOW)
-    items.sort(key=lambda item: not among(item, files))
+    rank = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank) + (not among(item, files))))
 
 
 @pytest.fixture(scope="session")

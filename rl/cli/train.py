@@ -13,7 +13,7 @@ import shlex  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
 from dataclasses import dataclass, field, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
-from typing import Annotated, Any  # noqa: E402
+from typing import TYPE_CHECKING, Annotated, Any  # noqa: E402
 
 import torch  # noqa: E402
 import tyro  # noqa: E402
@@ -25,12 +25,14 @@ from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # n
 from rl.learning.config import TrainConfig  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.presets import DEFAULT_PRESET, preset  # noqa: E402
-from rl.learning.trainer import Trainer  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
 from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
 from symdyn.io.origin import commit  # noqa: E402
 from symdyn.io.settings_data import differences  # noqa: E402
+
+if TYPE_CHECKING:
+    from rl.learning.trainer import Trainer
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,8 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
 
 
 def _train(directory: Path, args: TrainArguments, console: Console) -> int:
+    from rl.learning.trainer import Trainer  # two seconds' worth of the learner's library, which --help does without
+
     config = args.config
     if config.threads:
         torch.set_num_threads(config.threads)

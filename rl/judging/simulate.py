@@ -184,6 +184,8 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
         ground = 0.0 if terrain is None else terrain.height(np.nan_to_num(_numpy(state.base_pos_w)[:, :2]))
         down = (fallen(state, limits, torch.as_tensor(ground)) | ~state.finite()).numpy() & np.isinf(fell_at)
         fell_at[down] = time + robot.control_dt
+        if np.isfinite(fell_at).all():  # all that a recording would have is there
+            break
     columns = {key: np.stack([sample[key] for sample in samples], axis=1) for key in samples[0]}
     dt = robot.control_dt / physics.substeps
     mass = float(physics.model.body_mass.sum())

@@ -49,6 +49,9 @@ class Policy:
         self.metadata = metadata
         self.robot = metadata.applied_to(robot)
 
+    def __deepcopy__(self, memo: object) -> Policy:
+        return self  # nothing in it ever changes
+
     @classmethod
     def load(cls, path: Path | str, robot: Robot | None = None) -> Policy:
         """Read a policy file.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import math
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,6 +16,7 @@ from symdyn.robot.definition import Robot
 from symdyn.robot.robot_file import EXAMPLE_ROBOT_DATA
 
 
+@cache  # what is installed does not change, and to list it takes longer than to build a model
 def robots_folder() -> Path:
     """Folder ``robots`` of the installed example-robot-data, whose wheel ships data only: there is nothing to import.
 
