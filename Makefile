@@ -7,9 +7,6 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --require-virtualenv
 # pip compiles nothing (a minute less), so Python has to keep what it compiles: torch anew takes every process 3 s
 unexport PYTHONDONTWRITEBYTECODE
 
-# where tests by the clock are: to collect all others takes as long as to run some of these
-BY_THE_CLOCK := tests/e2e/hardware tests/hardware tests/project/test_notebooks.py
-
 .PHONY: help install demo test test-quick check docs bench messages clean
 
 help:
@@ -33,11 +30,10 @@ $(VENV)/installed: pyproject.toml constraints.txt
 demo: install
 	$(BIN)/symdyn demo --out out/demo
 
-# files in parallel, slow ones first (not those of many tests); then what runs by the clock: two at a time, and alone
+# files in parallel, slow ones first (not those of many tests); then, alone, what runs by the clock
 test: install
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not realtime"
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "realtime and not alone" $(BY_THE_CLOCK)
-	$(BIN)/python -m pytest -m alone $(BY_THE_CLOCK)
+	$(BIN)/python -m pytest -m realtime
 
 # what one runs while editing: no browser, no renderer, no process by the clock (tests/conftest.py)
 test-quick: install

@@ -42,25 +42,14 @@ settings.load_profile("symdyn")
 REAL_TIME = frozenset(
     {
         "test_deploy_command.py",
-        "test_paper_experiment.py",
         "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
     }
 )
-"""Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them two at a time, after
-all others: a robot and its deployer take less than a processor."""
-
-ALONE = frozenset(
-    {
-        "test_deploy_command.py::test_the_watchdog_damps_when_the_deployer_takes_their_only_processor_for_itself",
-        "test_realtime.py",
-    }
-)
-"""Of those, files and tests that take a processor, or ask for how all processors sleep: marked ``alone``."""
+"""Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
 
 LONGEST = (
-    "test_paper_experiment.py",
     "test_docs.py",
     "test_controller.py",
     "test_notebooks.py",
@@ -136,8 +125,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if among(item, REAL_TIME):
             item.add_marker(pytest.mark.realtime)
-        if among(item, ALONE):
-            item.add_marker(pytest.mark.alone)
         if among(item, SLOW):
             item.add_marker(pytest.mark.slow)
     # slow files first: where files go to processes, the last ones are then short, and no process waits for another

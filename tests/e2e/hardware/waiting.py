@@ -1,4 +1,4 @@
-"""Waiting for what another process does, on a machine that may be busy."""
+"""Waiting for what another process does."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import time
 from collections.abc import Callable
 
 PATIENCE = 60.0  # s; for a busy machine
-
-FORGIVING = ("--safety.overruns", "20")
-"""Options of symdyn deploy where a busy machine is not what is tested."""
 
 
 def wait_for(condition: Callable[[], bool], what: str) -> None:
