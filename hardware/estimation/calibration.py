@@ -1,10 +1,10 @@
 """Thresholds of the feet's force sensors, found in what they showed while the robot ran.
 
 Over a run a foot is either in the air, where its sensor shows its own zero, or bears load; the raw forces form two
-heaps. Otsu's method (A Threshold Selection Method from Gray-Level Histograms, 1979) parts them. Feet that stand for a
-while, or that load slowly, put a third heap in between: so the light heap is parted again and again, and the last two
-heaps that are well apart are taken. Otsu's own threshold lies midway between their means, where a foot has borne load
-for some time. So only the medians count, and the threshold is a tenth of the way from swing's to stance's.
+clusters. Otsu's method (Otsu 1979) separates them. Feet that stand for a while, or that load slowly, add a third
+cluster in between. So the light cluster is split repeatedly, and the last two clusters that are well apart are taken.
+Otsu's own threshold lies midway between their means, which a loading foot reaches late. So only the medians are used:
+the threshold is a tenth of the way from the swing median to the stance median.
 """
 
 from __future__ import annotations

@@ -9,18 +9,15 @@ velocities and the foot's centre c_i(q) in the body frame:
     v         = omega_i x r up - R (dc_i/dt + omega_b x c_i)              12, foot in stance
     f_i up    = r                                                          4, foot in stance, level ground
 
-The scheme is that of Bloesch et al., State Estimation for Legged Robots (RSS 2012), made linear by taking the attitude
-from the IMU as in Bledt et al., MIT Cheetah 3 (IROS 2018). Here each noise is the same in all horizontal directions.
-So no equation mixes coordinates, the filter falls apart into three of 6 states, and an estimate does not depend on
-where north is.
+The scheme is that of Bloesch et al. (2012), made linear by taking the attitude from the IMU as in Bledt et al. (2018a).
+Here each noise is the same in all horizontal directions. So no equation mixes coordinates, the filter falls apart into
+three of 6 states, and an estimate does not depend on where north is.
 
 Feet are trusted by degrees. A weight w in [0, 1] divides the variance of a foot's velocity and height. It rises over
-the first milliseconds of stance, in which a foot skids and presses in. And it falls when the foot contradicts the
-filter: with a Student t in place of a Gauss distribution (Agamennoni et al., Approximate Inference in State-Space
-Models With Heavy-Tailed Noise, 2012), w = (nu + 3) / (nu + d^2) at a Mahalanobis distance d of the foot's velocity. So
-a foot that slips, or whose lift-off the contact sensor has missed, does little harm; and as the filter's own
-uncertainty counts in d, it cannot shut out all feet for long. In swing w = 0: no information, and a foot that may go
-anywhere.
+the first milliseconds of stance, in which a foot skids and presses in. It falls when the foot contradicts the filter:
+with a Student t in place of a Gauss distribution (Agamennoni et al. 2012), w = (nu + 3) / (nu + d^2) at a Mahalanobis
+distance d of the foot's velocity. So a foot that slips, or whose lift-off the contact sensor has missed, does little
+harm. The filter's own uncertainty counts in d, so it cannot shut out all feet for long. In swing w = 0: no information.
 """
 
 from __future__ import annotations
