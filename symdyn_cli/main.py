@@ -1,7 +1,7 @@
 """The command ``symdyn``: finds the subcommand and imports only what it needs.
 
-Every command is a module with ``run(arguments) -> exit code``. This file imports none of them, so that ``symdyn
---help`` answers at once and a robot's computer needs no trainer.
+A command is two modules: ``arguments.NAME`` with ``parse(arguments)``, which imports no heavy library, so that
+``symdyn NAME --help`` appears at once; and ``NAME`` with ``run(parsed) -> exit code``, imported only to do the work.
 """
 
 from __future__ import annotations
@@ -65,14 +65,15 @@ def overview() -> str:
 
 def _run(name: str, command: Command, arguments: list[str]) -> int:
     try:
+        parsed = importlib.import_module(command.arguments).parse(arguments)
         module = importlib.import_module(command.module)
     except ModuleNotFoundError as error:
-        if command.extra is None or error.name == command.module:
+        if command.extra is None or error.name in (command.arguments, command.module):
             raise
         return _fail(
             f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'."
         )
-    return module.run(arguments)
+    return module.run(parsed)
 
 
 def _fail(message: str) -> int:

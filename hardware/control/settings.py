@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from hardware.control.joystick import JoystickConfig
-from hardware.estimation.contact import ContactConfig
-from hardware.estimation.velocity import EstimatorConfig
+from hardware.estimation.settings import ContactConfig, EstimatorConfig
 from symdyn.errors import InvalidValue
 
 TICK_HZ = 200.0

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.estimation.contact import ContactConfig
+from hardware.estimation.settings import ContactConfig
 from hardware.wire.channels import IMU, WrongMessage
 from hardware.wire.event_log import LogReader
 from hardware.wire.readings import Imu

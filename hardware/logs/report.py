@@ -11,8 +11,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from hardware.control.controller import State
-from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import JointLimits, LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.logs import figures as log_figures
 from hardware.logs import metrics as log_metrics
 from hardware.logs import observed as log_observed

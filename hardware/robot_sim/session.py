@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hardware.robot_sim.rig import Rig
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.running import realtime
 from hardware.wire.channels import TARGETS, decode
 from hardware.wire.link import Link

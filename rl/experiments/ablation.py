@@ -11,6 +11,7 @@ import numpy as np
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject, Target
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS
 from symdyn.policy.file import Policy
@@ -97,7 +98,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
         name="ablation",
         title="What are the symmetries worth?",
         protocol=f"Policies {', '.join(samples)}: each gait at each speed for {SECONDS:g} s from a stand, "
-        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {summaries.SETTLE_S:g} s "
+        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {SETTLE_S:g} s "
         "left out, means over gaits; "
         "a policy is judged by the clock that it was trained with.",
         metrics={"speeds": list(speeds), "samples": samples, "curves": spread},

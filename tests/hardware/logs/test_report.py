@@ -12,8 +12,8 @@ from matplotlib.colors import to_rgba
 
 from hardware.control.faults import FAULTS
 from hardware.control.settings import Settings
-from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.logs.contents import read_contents
 from hardware.logs.observed import observe, summarise
 from hardware.logs.report import Analysis, analyse, write
