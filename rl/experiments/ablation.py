@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
 from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS
 from symdyn.policy.file import Policy

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
 from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (-2.0, -1.5, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.5, 2.0)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
 from rl.judging.paper_protocol import GAIT_SEQUENCE, GAIT_SPEED, SETTLE_S
+from rl.judging.target import Target
 from symdyn.figures.plots import footfall_diagram
 from symdyn.gait.library import PAPER_GAITS
 

@@ -11,8 +11,9 @@ import torch
 from numpy.typing import NDArray
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging.protocols import random_scripts
+from rl.judging.target import Target
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.randomization import NOMINAL, RandomizationConfig

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
 from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.figures.plots import velocity_tracking
 from symdyn.gait.library import PAPER_GAITS
 

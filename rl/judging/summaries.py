@@ -15,9 +15,9 @@ from symdyn.analysis import metrics
 from symdyn.analysis.footfall import cut_strides
 
 EXTRA_KEYS: Mapping[str, str] = {
-    "null": "there is no such number: in at least one seed nothing settled, moved, or lasted long enough to be judged",
-    "fell": "share of the seeds in which the robot fell, 0 to 1; the other metrics are over the time before",
-    "seconds_to_switch": "s from the switch to the beginning of the first stride run in the new gait; null if never",
+    "null": "no value: in at least one seed the speed did not settle, the robot did not move, or it fell too early",
+    "fell": "share of seeds in which the robot fell, 0 to 1; the other metrics cover the time before the fall",
+    "seconds_to_switch": "s: from the switch to the start of the first stride in the new gait; null if there is none",
     "strides_to_switch": "the same in commanded stride periods",
     "by_step": "for each velocity of the sequence: stride-averaged settling time (s) and steady-state errors (m/s)",
     "by_gait": "for each gait of the sequence: its metrics over its own two seconds",

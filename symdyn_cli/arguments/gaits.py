@@ -18,13 +18,13 @@ class GaitsArguments:
     """The gait library: offsets theta, symmetry class (K: spatial, H: with a phase shift), stride period, duty factor.
 
     Attributes:
-        name: one gait, shown with its footfalls; all of them as a table if left out.
-        robot: name or robot file of the robot for whose leg length period and duty factor are shown.
-        speed: forward velocity for period and duty factor, m/s.
+        name: one gait, shown with its footfalls; if left out, a table of all gaits. NAME_mirrored is the mirror image.
+        robot: name or robot file; stride period and duty factor depend on its leg length.
+        speed: forward velocity at which stride period and duty factor are shown, m/s.
         timing: a curves file instead of the paper's constants.
         json: print [{name, offsets, K, H, time_reversal_partner, symmetric_pairs}] and nothing else.
-        observation: print the inputs of a policy in order, with scale and noise, for every observation; nothing else.
-        figure: also save a footfall picture (PNG, PDF or SVG by its suffix); needs a name.
+        observation: print every observation: the inputs of a policy in order, with scale and noise; nothing else.
+        figure: also save a footfall diagram of NAME to this file (PNG, PDF or SVG by suffix).
     """
 
     name: Annotated[str | None, tyro.conf.Positional] = None

@@ -19,20 +19,21 @@ _ROBOT_SIM = "--robot-sim"
 
 @dataclass(frozen=True)
 class PlayArguments:
-    """A policy live in the browser: the robot in MuJoCo in real time, with buttons for gaits, mixtures of gaits, speed,
-    pushes, payload, friction and uneven ground, and what it makes of them: footfalls, velocity, timing, cost of
-    transport. Needs no screen and no graphics card here; the page is for a browser on this or another computer.
+    """Run a policy live in the browser: the robot in MuJoCo in real time, with controls for gait, mixtures of gaits,
+    speed, pushes, payload, friction and uneven ground. The page shows footfalls, velocity, timing and cost of
+    transport. This computer needs neither a screen nor a graphics card.
 
-    With --robot-sim instead: watch the robot that LCM tells of, simulated (symdyn robot-sim) or real. Nothing is sent.
+    With --robot-sim it shows a robot that publishes on LCM instead, simulated (symdyn robot-sim) or real. Nothing is
+    sent to that robot.
 
     Attributes:
-        policy: the file; the policy that comes with symdyn if left out.
-        robot: name or robot file of the robot; the policy's if left out.
-        port: of the page; 0 takes a free one.
-        host: name or address of this computer under which others reach the page. 127.0.0.1 is for this computer alone;
-            0.0.0.0 is for everybody in the network, and there is no password.
-        robot_sim: watch LCM at this URL; without a URL at LCM_DEFAULT_URL, or at LCM's own default.
-        seed: decides the stride phase of each start.
+        policy: policy file; the shipped policy if left out.
+        robot: name or robot file; the robot of the policy if left out.
+        port: of the page; 0 takes a free port.
+        host: address on which the page is served. 127.0.0.1 serves this computer only; 0.0.0.0 serves everybody on the
+            network, without a password.
+        robot_sim: show the robot on this LCM URL; without a URL LCM_DEFAULT_URL, or LCM's default.
+        seed: of the stride phase at each start.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None

@@ -18,24 +18,25 @@ from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 @dataclass(frozen=True)
 class RobotSimArguments:
-    """A robot in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes
-    through a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
+    """Simulate a robot in MuJoCo that sends and receives the LCM messages of the real robot's bridge, with a scripted
+    operator at its joystick and with faults on demand. Start it, then run in another terminal: symdyn deploy
+    POLICY.onnx
 
     Attributes:
-        robot: name or robot file of the robot.
-        url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
-        scenario: what the person does; see above.
-        start: how the robot is found.
-        fault: what goes wrong; see above.
-        fault_at: when, s.
-        fault_since: what that counts from: the start of this command, the first targets of Stand, or those of Run.
-        fault_for: how long, s; if left out, as is usual for the fault.
-        fault_size: how much; if left out, as above.
-        noise: whether the sensors are noisy.
-        wakes_at: s after which the bridge hears of the robot; until then it publishes zeros, as the real one does.
-        realtime: ask for real-time scheduling, as symdyn deploy does: a robot has a computer of its own.
+        robot: name or robot file.
+        url: LCM URL, the same as the deployer's; LCM_DEFAULT_URL or LCM's default if left out.
+        scenario: script of the operator; listed above.
+        start: initial pose.
+        fault: fault to inject; listed above.
+        fault_at: time of the fault, s.
+        fault_since: origin of that time: the start of this command, the first targets of Stand, or of Run.
+        fault_for: duration, s; the usual one of the fault if left out.
+        fault_size: size of the fault; listed above if left out.
+        noise: add noise to the sensors.
+        wakes_at: time at which the bridge receives the robot, s; until then it publishes zeros, as the real one does.
+        realtime: request real-time scheduling, as symdyn deploy does.
         seed: of noise, biases, the feet's units and the fault's chance.
-        duration: s; if left out, until the script's end, or Ctrl-C.
+        duration: s; until the end of the script, or Ctrl-C, if left out.
         out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
     """
 

@@ -13,10 +13,10 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class RobotsArguments:
-    """The robots that --robot takes by name, with what their robot files say; or one robot, given by name or file.
+    """List the robots that --robot takes by name, or print the robot file of one robot.
 
     Attributes:
-        robot: one robot, shown whole; all of them as a table if left out.
+        robot: print this robot's file; if left out, a table of all robots.
         json: print the robot files as JSON and nothing else.
     """
 

@@ -16,18 +16,18 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class AnalyzeArguments:
-    """What a log shows: desired against realised contacts, estimated against commanded velocity, torque, cost of
-    transport by gait, timing, faults. Writes report.md, metrics.json and figures.
+    """Analyse a log: commanded and measured contacts, commanded and estimated velocity, torque, cost of transport by
+    gait, timing, faults. Writes report.md, metrics.json and figures.
 
-    Any LCM event log will do: those of symdyn deploy --log hold commands and gaits; of lcm-logger's, recorded beside
-    another deployer, what the robot said is shown. A log that is cut short is analysed as far as it goes.
+    Any LCM event log works. Logs of symdyn deploy --log include commands and gaits. For logs that lcm-logger recorded
+    with another deployer, the report shows the robot's messages only. A truncated log is analysed as far as it goes.
 
     Attributes:
-        log: the file.
-        robot: name or robot file of the robot; the log's if left out.
-        out: directory of the results; the log's name under out/ if left out.
+        log: log file.
+        robot: name or robot file; the robot of the log if left out.
+        out: output directory; out/LOG if left out.
         contact: when a foot bears load; only for logs without ticks of symdyn deploy, which say it themselves.
-        settle: seconds at the beginning of each gait and velocity that count for the settling time only; 0 counts all.
+        settle: time after each change of command that counts only for the settling time, s; 0 counts everything.
     """
 
     log: Annotated[Path, tyro.conf.Positional]

@@ -14,15 +14,16 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class CalibrateFeetArguments:
-    """The raw foot force above which a foot bears load, foot by foot, from a log of the robot running.
+    """Find the contact threshold of each foot's force sensor from a log of the running robot.
 
-    The Go2's feet have no documented unit, and no two are alike. Record ten seconds of trot on hard, level ground with
-    symdyn deploy --log, with the built-in thresholds, which need not be right for that; calibrate; deploy again.
+    The unit of the Go2's foot sensors is not documented, and the sensors differ. Record ten seconds of trot on hard,
+    level ground with symdyn deploy --log (the built-in thresholds are good enough for that), calibrate, and deploy
+    again.
 
     Attributes:
-        log: event log of symdyn deploy or lcm-logger.
-        out: file of the thresholds to write (JSON).
-        figure: also draw the forces' histograms and the thresholds (PNG, PDF or SVG by its suffix).
+        log: log file of symdyn deploy or lcm-logger.
+        out: file to write the thresholds to (JSON).
+        figure: also draw histograms of the forces with the thresholds (PNG, PDF or SVG by suffix).
     """
 
     log: Annotated[Path, tyro.conf.Positional]

@@ -42,21 +42,22 @@ _FIRST = (
 
 @dataclass(frozen=True)
 class DeployArguments:
-    """Run a policy on a robot over LCM: 200 checks and targets a second, 50 actions.
+    """Run a policy on a robot over LCM: checks and targets at 200 Hz, actions at 50 Hz.
 
-    The robot (or symdyn robot-sim) is behind the bridge of walk-these-ways-go2, or one that speaks as it does. Read
-    docs/robot.md before the first run; hang the robot up for that.
+    The robot (or symdyn robot-sim) must be connected through the bridge of walk-these-ways-go2 or a compatible one.
+    Read docs/robot.md before the first run, and hang the robot up for it.
 
     Attributes:
-        policy: file made by symdyn export.
-        robot: name or robot file of the robot; the policy's if left out.
-        url: of LCM. ttl=0 stays on this computer; with a bridge on another one, ttl=1. LCM_DEFAULT_URL if not given.
+        policy: policy file from symdyn export.
+        robot: name or robot file; the robot of the policy if left out.
+        url: LCM URL; LCM_DEFAULT_URL or LCM's default if left out. ttl=0 stays on this computer; use ttl=1 for a bridge
+            on another one.
         log: event log to write, for symdyn analyze and symdyn replay.
-        dry_run: compute and log, but send nothing to the robot.
+        dry_run: compute and log without sending anything to the robot.
         feet: thresholds of the feet's force sensors, from symdyn calibrate-feet; --contact.thresholds if left out.
-        keyboard: keys stand in for the joystick; the list is below.
-        realtime: ask for real-time scheduling and for idle processors that stay awake (they draw more power).
-            docs/robot.md says how to get the right; without it, it runs all the same, less punctually.
+        keyboard: use keys instead of the joystick; listed above.
+        realtime: request real-time scheduling and keep idle processors awake (this draws more power). docs/robot.md
+            says how to get the permission. Without it the deployer runs with more jitter.
         settings: limits, gains, buttons.
     """
 

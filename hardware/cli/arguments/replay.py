@@ -15,16 +15,16 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class ReplayArguments:
-    """Put a log of symdyn deploy through a fresh controller: the same messages at the same times must give the same
-    states, actions and targets, bit for bit. So a fault on the robot can be looked into at a desk, and a change of the
-    controller can be tried on what a robot once met. Exit code 1 if anything comes out otherwise.
+    """Run a new controller on a log of symdyn deploy. The same messages at the same times must give the same states,
+    actions and targets bit for bit. Use it to investigate a fault of the robot at a desk, or to test a change of the
+    controller on real data. Exit code 1 if anything differs.
 
     Another processor or another onnxruntime may round the policy's actions differently in the last bits.
 
     Attributes:
-        log: the file.
-        policy: the policy file that it was made with; where the log says that it was if left out.
-        robot: name or robot file of the robot; the policy's if left out.
+        log: log file.
+        policy: policy file of the log; the path in the log if left out.
+        robot: name or robot file; the robot of the policy if left out.
     """
 
     log: Annotated[Path, tyro.conf.Positional]

@@ -12,12 +12,12 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class DemoArguments:
-    """Judge the policy that comes with symdyn: one network, six gaits, both directions. Nothing is trained. Writes
-    report.md with figures (desired and realised footfalls, velocity tracking, cost of transport) in about a minute.
+    """Evaluate the shipped policy: one network, six gaits, both directions. Nothing is trained. Writes report.md with
+    figures (footfalls, velocity tracking, cost of transport) in about a minute.
 
     Attributes:
-        robot: name or robot file of the robot whose policy is judged; the default robot's if left out.
-        out: directory of the report.
+        robot: name or robot file of the robot whose shipped policy is evaluated; the Go2 if left out.
+        out: output directory.
     """
 
     robot: RobotOption = None

@@ -16,19 +16,21 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class EvaluateArguments:
-    """Judge a policy file on the nominal model: velocity tracking, gait consistency, cost of transport (the paper's
-    metrics) and gait identity (are the strides of the commanded gait?). Writes metrics.json, figures and report.md.
+    """Evaluate a policy file on the nominal model with the paper's metrics (velocity tracking, gait consistency, cost
+    of transport) and gait identity (share of strides in the commanded gait). Writes report.md, metrics.json and
+    figures.
 
-    With --sweep-timing instead: vary stride period and duty factor about the policy's curves and write a table of what
-    each costs, from which symdyn fit-curves --trials calibrates new curves. Interrupted, it goes on where it stopped.
+    With --sweep-timing instead, it varies stride period and duty factor around the policy's curves and writes a table
+    of the cost of each. symdyn fit-curves --trials calibrates new curves from it. An interrupted sweep continues where
+    it stopped.
 
     Attributes:
-        policy: the file; the one that comes with symdyn if left out.
-        robot: name or robot file of the robot; the policy's if left out.
+        policy: policy file; the shipped policy if left out.
+        robot: name or robot file; the robot of the policy if left out.
         suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
-        out: directory of the results; the policy's name under out/ if left out.
+        out: output directory; out/POLICY if left out.
         sweep_timing: write timing_sweep.csv and timing_sweep.json instead of running a suite.
-        sweep: what --sweep-timing tries.
+        sweep: range of --sweep-timing.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None

@@ -15,20 +15,21 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class ExperimentArguments:
-    """Run experiments of the paper's Results section on a policy file: fixed seeds, figures, metrics.json and a table
-    paper against goal against here. Names: velocity (following -2, -1, 0.2, 2 m/s), gaits (is it the gait that was
-    asked for?), transitions (every ordered pair), cot (cost of transport), ablation (without one of the symmetries),
-    robustness (random sequences; other robots, pushes, latency), terrain (bumps of 4 cm), reversal (backwards against
-    forwards), mixtures (gaits between gaits), learning (the checkpoints of training runs), or all of them but learning.
+    """Run experiments of the paper's Results section on a policy file. Each writes figures, metrics.json and a table
+    with the paper's value, the goal and the measured value. Seeds are fixed. Names: velocity (tracking of -2, -1, 0.2,
+    2 m/s), gaits (strides in the commanded gait), transitions (every ordered pair of gaits), cot (cost of transport),
+    ablation (policies trained without one symmetry), robustness (random commands, other robots, pushes, latency),
+    terrain (bumps of 4 cm), reversal (backwards compared with forwards), mixtures (gaits between two gaits), learning
+    (checkpoints of training runs), or all (every one except learning).
 
     Attributes:
         names: experiments to run.
-        policy: the policy file; the one that comes with symdyn if left out.
-        robot: name or robot file of the robot; the policy's if left out.
+        policy: policy file; the shipped policy if left out.
+        robot: name or robot file; the robot of the policy if left out.
         out: directory of the results; OUT/NAME holds those of one experiment.
-        seeds: how many initial stride phases; five is what docs/results.md has, one gives a first look.
+        seeds: number of initial stride phases; docs/results.md uses five, one gives a first look.
         ablations: directory of the policies of the ablation, VARIANT-SEED/policy.onnx.
-        learning: runs of symdyn train, for the experiment learning.
+        learning: run directories for the experiment learning.
     """
 
     names: Annotated[tuple[str, ...], tyro.conf.Positional]

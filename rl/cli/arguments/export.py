@@ -14,14 +14,14 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class ExportArguments:
-    """Turn the newest checkpoint of a run into one ONNX file that holds everything that deploys it: weights, joint
-    names, gains, observation layout, gaits, timing, and what it was trained with.
+    """Export the newest checkpoint of a run as one ONNX file with everything that deployment needs: weights, joint
+    names, gains, observation layout, gaits, timing curves and training settings.
 
     Attributes:
-        run: directory of the run.
-        out: the file; RUN/policy.onnx if left out.
-        checkpoint: a checkpoint of the run other than the newest; the mean of the weights of several, which often runs
-            better than each of them (stochastic weight averaging).
+        run: run directory.
+        out: policy file to write; RUN/policy.onnx if left out.
+        checkpoint: checkpoint of the run to export instead of the newest. Several are averaged, which often runs better
+            than each of them (stochastic weight averaging).
     """
 
     run: Annotated[Path, tyro.conf.Positional]

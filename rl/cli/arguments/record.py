@@ -17,21 +17,21 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class RecordArguments:
-    """A film of a policy that goes through gaits and speeds, on the nominal model from a stand: MP4 or GIF.
+    """Record a film (MP4 or GIF) of a policy that runs through gaits and speeds on the nominal model, from a stand.
 
-    Above the robot stand the gait, the commanded speed and the measured one (the mean over the last stride); below it
-    the footfalls, desired (hollow) and realised (solid), in the colours of the feet. Rendered without a screen, by EGL
-    or OSMesa, whichever works; MUJOCO_GL decides where it is set.
+    The text above the robot shows gait, commanded speed and measured speed (mean over the last stride). The strip below
+    shows commanded (hollow) and measured (solid) footfalls in the colours of the feet. Rendering needs no screen; it
+    uses EGL or OSMesa, whichever works, or what MUJOCO_GL names.
 
     Attributes:
-        policy: the file; the policy that comes with symdyn if left out.
-        robot: name or robot file of the robot; the policy's if left out.
-        gaits: one after the other.
+        policy: policy file; the shipped policy if left out.
+        robot: name or robot file; the robot of the policy if left out.
+        gaits: names from symdyn gaits, run one after another.
         speeds: forward speeds, m/s: one for each gait, or one for all. One gait can also have several speeds.
-        seconds: of running for each.
-        out: the file; its suffix, .mp4 or .gif, is the format. MP4 needs imageio-ffmpeg. out/ROBOT.mp4 if left out.
+        seconds: duration of each, s.
+        out: output file, .mp4 or .gif; out/ROBOT.mp4 if left out. MP4 needs imageio-ffmpeg.
         film: how it is shown.
-        seed: decides the initial stride phase.
+        seed: of the initial stride phase.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None

@@ -43,17 +43,17 @@ _FIRST = (
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores); then,
-    each started from a run of the one before, polish (sudden reversals, less effort), sharpen (exact timing), harden
-    (late commands, loads, pushes); paper (section III-E of the paper); smoke (seconds, to see that it runs). --preset
-    sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
+    """Train one policy for every gait with PPO. --preset sets the defaults shown below: cpu (the default, fastest on
+    two cores); polish, sharpen and harden (each started from a run of the one before: sudden reversals and less effort;
+    exact timing; delayed commands, loads and pushes); paper (section III-E of the paper); smoke (seconds, to check that
+    training runs). Ctrl-C saves the run and prints the command that continues it.
 
     Attributes:
-        out: directory of the new run; runs/DATE-TIME-PRESET if left out.
-        resume: directory of a run to go on with, exactly as if it had not been interrupted. Its settings are kept; only
-            --iterations, the total, may be given anew.
-        start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
-            setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
+        out: run directory; runs/DATE-TIME-PRESET if left out.
+        resume: run directory to continue, exactly as if it had not been interrupted. Its settings are kept; only
+            --iterations, the total, may change.
+        start_from: run directory whose networks and optimiser this new run starts with. All other settings may differ.
+            RUN/origin.json keeps the number of samples before.
         start_std: standard deviation of the action noise to start with instead of that run's.
         config: settings.
     """

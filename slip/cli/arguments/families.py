@@ -15,17 +15,17 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class FamiliesArguments:
-    """All families of passive gaits of the spring-loaded model, found from hopping in place alone.
+    """Find all families of passive gaits of the spring-loaded model, starting from hopping in place.
 
     Writes families.npz and families.json (orbits, branches, junctions, parameters, tolerances) and families.png.
 
     Attributes:
         model: the spring-loaded model.
-        max_speed: apex speed at which a branch is left, in sqrt(g torso length); in m/s for a robot.
-        trot: look for trot and pace, too.
-        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
-        out: directory of the results.
-        cache: use what was explored before, and keep what is explored now.
+        max_speed: apex speed at which the tracing of a branch stops, in sqrt(g torso length); in m/s for a robot.
+        trot: search for trot and pace, too.
+        carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute).
+        out: output directory.
+        cache: use and keep results of earlier searches.
     """
 
     model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)

@@ -34,10 +34,10 @@ class FitArguments:
             else paper.
         bootstrap: intervals from so many resamplings of whole families, or gaits; 0 takes the covariance. Where there
             are fewer than four families the covariance is taken, too.
-        trot: look for trot and pace, too.
-        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
-        cache: use orbits that were found before, and keep those found now.
-        out: directory of curves.json, curves.png and curves.md.
+        trot: search for trot and pace, too.
+        carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute).
+        cache: use and keep results of earlier searches.
+        out: output directory.
     """
 
     model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)

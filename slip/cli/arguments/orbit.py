@@ -16,7 +16,7 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class OrbitArguments:
-    """One periodic gait of the spring-loaded model, by family and speed.
+    """Compute one passive gait of the spring-loaded model, by family and speed.
 
     Writes orbit.json (everything), orbit.png (footfalls, forces, trajectories, phase plots) and an animation.
 
@@ -24,11 +24,11 @@ class OrbitArguments:
         family: PK, BG, BE, FG, FE, HG, HE, GG, GE, TR or PC, or a branch such as HG2: what symdyn families lists.
         speed: forward speed at the apex, in sqrt(g torso length); in m/s for a robot.
         model: the spring-loaded model.
-        which: of several gaits of the family at this speed.
-        out: directory of the results.
+        which: number of the gait if the family has several at this speed.
+        out: output directory.
         animate: format of the animation. MP4 needs imageio-ffmpeg.
         animation: how it is shown.
-        cache: use what was explored before, and keep what is explored now.
+        cache: use and keep results of earlier searches.
     """
 
     family: str

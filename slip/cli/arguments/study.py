@@ -16,21 +16,22 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class StudyArguments:
-    """Trace the families of passive gaits of every model of a grid, and fit the timing curves of each.
+    """Trace the families of passive gaits of a grid of models, and fit the timing curves of each.
 
-    Writes one file a model (cells/NAME.json) as soon as it is done, and the table study.csv. Stopped or killed, the
-    same command goes on with what is left; a model that fails is in the table with its reason and stops no other.
+    Writes one file per model (cells/NAME.json) as soon as it is done, and the table study.csv. After an interruption
+    the same command continues. A model that fails is listed in the table with the reason; the others go on.
 
     Attributes:
         grid: values to combine, as in --k 2 5 10 --ks 10 20 40 --J 0.2 2; what is not given is the base model's.
-        robot: whose model is the base: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq; the literature's (k 10,
-            ks 20, J 2) if left out.
+        robot: whose model is the base: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq; the literature's (k 10, ks
+            20, J 2) if left out.
         select: which orbits the curves are fitted to. A change needs no new tracing, but for another fastest speed.
-        trot: look for trot and pace, too.
-        carry: carry over, from the reference parameters, families that no junction leads to: about a minute a model.
-        workers: who does the work.
-        retry_failed: try models again that failed before.
-        out: directory of the results.
+        trot: search for trot and pace, too.
+        carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute per
+            model).
+        workers: processes or cluster.
+        retry_failed: repeat models that failed before.
+        out: output directory.
     """
 
     grid: Annotated[Grid, tyro.conf.arg(name="")] = field(default_factory=Grid)

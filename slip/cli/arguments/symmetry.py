@@ -13,21 +13,21 @@ from symdyn.io.options import RobotOption
 
 @dataclass(frozen=True)
 class SymmetryArguments:
-    """The symmetry group of a robot, found from its URDF, and its numbers as a spring-loaded model.
+    """Compute the symmetry group of a robot from its URDF, and its parameters as a spring-loaded model.
 
-    Every leg is tried in the place of every other, with every combination of joint signs. What is found is graded by
-    how well it fits the feet's kinematics, the mass matrix and the joint limits.
+    Every leg is compared with every other one, with every combination of joint signs. Each candidate is rated by the
+    errors of foot kinematics, mass matrix and joint limits.
 
     Attributes:
         robot: go2 (the default), go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file.
         urdf: a description of any robot with four legs instead.
         feet: its four foot links, in any order; the ends of its kinematic tree if left out.
         srdf: a file with its nominal stance, a group state called 'standing'; all joints at zero if left out.
-        kp: position gain of every joint, N m/rad. Default: that of the robot file; without one,
-            dynamically similar to the Go2's.
+        kp: position gain of every joint, N m/rad. Default: that of the robot file; without one, dynamically similar to
+            the Go2's.
         kd: velocity gain of every joint, N m s/rad; goes with --kp.
-        tolerances: how far off an element may be and count as a symmetry.
-        out: also write everything to this JSON file.
+        tolerances: largest errors of a symmetry.
+        out: also write all results to this JSON file.
     """
 
     robot: RobotOption = None
