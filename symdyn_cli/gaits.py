@@ -16,7 +16,7 @@ from symdyn.gait.library import LIBRARY, Gait, get
 from symdyn.gait.phase import in_swing, leg_phase
 from symdyn.gait.symmetry import classify
 from symdyn.gait.timing import TimingCurve
-from symdyn.io.console import make_console
+from symdyn.io.console import make_console, print_written
 from symdyn.policy.layout import Layout
 from symdyn.policy.observation import LAYOUTS, TERMS
 from symdyn.robot.legs import JOINTS, LEGS
@@ -80,7 +80,7 @@ def _show(console: Console, gaits: list[Gait], timing: TimingCurve, args: GaitsA
         from symdyn.figures.plots import gait_diagram, save
 
         save(gait_diagram(gaits[0], duty, _STRIDES_SHOWN), args.figure)
-        console.print(f"Wrote {args.figure}.")
+        print_written(console, f"Wrote {args.figure}.")
 
 
 def _library_table(gaits: list[Gait]) -> Table:

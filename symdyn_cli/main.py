@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from symdyn.errors import SymdynError, UnknownName
 from symdyn.io.exit_codes import BAD_INPUT, INTERRUPTED
+from symdyn.io.plain_characters import use_plain_characters
 from symdyn_cli.commands import GROUPS, Command
 
 _WIDTH = max(len(name) for group in GROUPS.values() for name in group)
@@ -24,6 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: of the command line, without the program's name; ``sys.argv`` if None.
     """
+    use_plain_characters()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not given or given[0] in ("-h", "--help"):
         sys.stdout.write(overview())

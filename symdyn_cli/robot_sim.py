@@ -22,7 +22,7 @@ from hardware.robot_sim.simulated_robot import SimulatedRobot
 from hardware.wire.channels import DEFAULT_URL
 from rl.physics.model import build_spec, force_sensor
 from symdyn.errors import InvalidValue
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import LEGS
@@ -73,7 +73,7 @@ def run(args: RobotSimArguments) -> int:
     _tell(console, session)
     if args.out is not None:
         write_json(args.out, summary)
-        console.print(f"Wrote {args.out}.")
+        print_written(console, f"Wrote {args.out}.")
     return 0
 
 

@@ -16,7 +16,7 @@ from hardware.logs import report as log_report
 from hardware.logs.contents import read_contents
 from hardware.logs.markdown import segment_rows, struck
 from symdyn.errors import InvalidValue
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
@@ -47,8 +47,8 @@ def run(args: AnalyzeArguments) -> int:
     analysis = log_report.analyse(log, robot, args.settle, args.contact)
     written = log_report.write(analysis, out)
     _show(console, analysis.metrics)
-    console.print(f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")
-    console.print(f"  {out / next(iter(analysis.figures))}" if analysis.figures else f"  {written}")
+    print_written(console, f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")
+    print_written(console, f"  {out / next(iter(analysis.figures))}" if analysis.figures else f"  {written}")
     return 0
 
 

@@ -11,7 +11,7 @@ from hardware.cli.arguments.calibrate_feet import CalibrateFeetArguments
 from hardware.estimation.calibration import FootCalibration, calibrate, read_raw
 from hardware.logs.contact_figure import contact_figure
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command, print_written
 from symdyn.robot.legs import LEGS
 
 
@@ -25,12 +25,12 @@ def run(args: CalibrateFeetArguments) -> int:
     calibration = calibrate(raw, str(args.log))
     _show(console, calibration)
     calibration.save(args.out)
-    console.print(f"Wrote {args.out}.")
+    print_written(console, f"Wrote {args.out}.")
     if args.figure is not None:
         save(contact_figure(raw, calibration), args.figure)
-        console.print(f"Wrote {args.figure}.")
-    thresholds = " ".join(f"{threshold:.1f}" for threshold in calibration.thresholds)
-    console.print(f"Use them:\n  symdyn deploy POLICY.onnx --contact.thresholds {thresholds}")
+        print_written(console, f"Wrote {args.figure}.")
+    console.print("Use them:")
+    print_command(console, "symdyn", "deploy", "POLICY.onnx", "--feet", args.out)
     return 0
 
 

@@ -15,7 +15,7 @@ from hardware.running.display import Display, DisplayHandler
 from hardware.running.keyboard import Keyboard
 from hardware.running.status import Controls
 from hardware.wire.channels import DEFAULT_URL
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command, print_written
 from symdyn.policy.file import Policy
 from symdyn.robot.robot_file import chosen_robot
 
@@ -51,7 +51,9 @@ def run(args: DeployArguments) -> int:
     for fault in deployer.faults:
         console.print(f"Damped for: {fault}")
     if args.log is not None:
-        console.print(f"Wrote {args.log}. Next:\n  symdyn analyze {args.log}\n  symdyn replay {args.log} {args.policy}")
+        print_written(console, f"Wrote {args.log}. Next:")
+        print_command(console, "symdyn", "analyze", args.log)
+        print_command(console, "symdyn", "replay", args.log, args.policy)
     return code
 
 

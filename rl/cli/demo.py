@@ -11,7 +11,7 @@ from rl.cli.arguments.demo import DemoArguments  # noqa: E402
 from rl.cli.evaluate import judge  # noqa: E402
 from rl.judging.protocols import suite  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command, print_written  # noqa: E402
 
 
 def run(args: DemoArguments) -> int:
@@ -21,8 +21,8 @@ def run(args: DemoArguments) -> int:
     path, policy = load_policy(None, args.robot)
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
     written = judge(policy, path, suite("quick"), args.out, console)
-    console.print(f"Wrote {written}; open it. Next:")
-    console.print("  symdyn record --out out/demo/film.mp4   # see it run")
-    console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")
-    console.print("  symdyn train                           # your own policy")
+    print_written(console, f"Wrote {written}; open it. Next:")
+    print_command(console, "symdyn", "record", "--out", args.out / "film.mp4", comment="a film of it")
+    print_command(console, "symdyn", "experiment", "all", comment="every experiment of the paper")
+    print_command(console, "symdyn", "train", comment="train your own policy")
     return 0

@@ -19,7 +19,7 @@ from rl.judging.sweep import sweep  # noqa: E402
 from rl.judging.sweep_config import SweepConfig  # noqa: E402
 from rl.learning import run_log  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command, print_written  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
@@ -33,11 +33,11 @@ def run(args: EvaluateArguments) -> int:
     out = args.out or Path("out") / path.stem
     if args.sweep_timing:
         table = sweep_timing(policy, path, args.sweep, out, console)
-        console.print(f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
-        console.print(f"  symdyn fit-curves --trials {table.with_suffix('.json')}")
+        print_written(console, f"Wrote {table}, and {table.with_suffix('.json').name} with settings and units. Next:")
+        print_command(console, "symdyn", "fit-curves", "--trials", table.with_suffix(".json"))
         return 0
     written = judge(policy, path, suite, out, console)
-    console.print(f"Wrote {written}, with metrics.json and figures beside it.")
+    print_written(console, f"Wrote {written}, with metrics.json and figures beside it.")
     return 0
 
 

@@ -19,7 +19,7 @@ from rl.experiments.catalogue import EXPERIMENTS, chosen  # noqa: E402
 from rl.experiments.result import Result, Subject  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import FileProblem, InvalidValue  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_written  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
 
 FIRST_SEED = 1000
@@ -56,7 +56,7 @@ def run(args: ExperimentArguments) -> int:
     writable_directory(args.out)
     results = [_one(name, subject, args.out, console) for name in names]
     if len(results) > 1:
-        console.print(f"Wrote {report.write_summary(results, subject, args.out)}; open it.")
+        print_written(console, f"Wrote {report.write_summary(results, subject, args.out)}; open it.")
     return 0
 
 
@@ -69,5 +69,5 @@ def _one(name: str, subject: Subject, out: Path, console: Console) -> Result:
     written = report.write(result, subject, out)
     wanted = [target for target in result.targets if not target.hypothesis]
     goals = f" {sum(target.met for target in wanted)} of {len(wanted)} goals reached." if wanted else ""
-    console.print(f"{name}: {time.monotonic() - begin:.0f} s.{goals} Wrote {written}")
+    print_written(console, f"{name}: {time.monotonic() - begin:.0f} s.{goals} Wrote {written}")
     return result

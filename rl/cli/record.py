@@ -21,7 +21,7 @@ from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.figures.video import check_format, write_video  # noqa: E402
 from symdyn.gait.library import get  # noqa: E402
-from symdyn.io.console import frames_progress, log_to, make_console  # noqa: E402
+from symdyn.io.console import frames_progress, log_to, make_console, print_command, print_written  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
 _GIF_BYTES = 2**30
@@ -44,8 +44,8 @@ def run(args: RecordArguments) -> int:
     ran = len(episode.recording.time) * episode.recording.dt
     plays = args.film.frames_of(ran) / args.film.fps
     fell = "" if episode.fell_at is None else f" The robot fell after {episode.fell_at:.2f} s: there it ends."
-    console.print(f"Wrote {out}: {ran:.4g} s of running, plays {plays:.4g} s.{fell} Next:")
-    console.print(f"  symdyn evaluate {path}")
+    print_written(console, f"Wrote {out}: {ran:.4g} s of running, plays {plays:.4g} s.{fell} Next:")
+    print_command(console, "symdyn", "evaluate", path)
     return 0
 
 

@@ -7,6 +7,7 @@ from rl.physics.threads import wait_passively
 wait_passively()  # before torch
 
 import contextlib  # noqa: E402
+import shlex  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
@@ -17,7 +18,7 @@ from rl.cli.arguments.train import TrainArguments  # noqa: E402
 from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command  # noqa: E402
 from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
 from symdyn.io.origin import commit  # noqa: E402
 
@@ -71,12 +72,12 @@ def _run(trainer: Trainer, console: Console) -> int:
         done = trainer.train(display.update)
     if not done:
         console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
-        console.print(f"  symdyn train --resume {directory}")
+        print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
     console.print(f"Done after {trainer.iteration} updates. Next:")
-    console.print(f"  symdyn export {directory}")
-    robot = run_dir.robot_flag(config.robot)
-    console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick{robot}", soft_wrap=True)
+    print_command(console, "symdyn", "export", directory)
+    robot = shlex.split(run_dir.robot_flag(config.robot))
+    print_command(console, "symdyn", "evaluate", directory / run_dir.POLICY, "--suite", "quick", *robot)
     return 0
 
 

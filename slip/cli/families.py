@@ -12,7 +12,7 @@ from rich.table import Table
 
 from slip.cli.arguments.families import FamiliesArguments
 from slip.cli.explore_with_progress import explore_with_progress
-from slip.cli.passive_model import PassiveModel
+from slip.cli.passive_model import PassiveModel, PassiveModelArguments, model_flags
 from slip.families.branch import Branch, Diagram
 from slip.families.continuation import StepConfig
 from slip.families.explore import ExploreConfig
@@ -21,7 +21,7 @@ from slip.figures.diagram import branch_diagram, described
 from slip.model.naming import FAMILIES
 from symdyn.errors import InvalidValue
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command
 from symdyn.io.files import writable_directory
 
 FIGURE = "families.png"
@@ -43,17 +43,18 @@ def run(args: FamiliesArguments) -> int:
     save(branch_diagram(diagram, title, model.units), args.out / FIGURE)
     show(console, diagram, model)
     console.print(f"\nWrote families.npz, families.json and {FIGURE} into {args.out}. One gait, of the same model:")
-    console.print(f"  symdyn orbit {_example(diagram, model, args.model.robot)}", markup=False)
+    print_command(console, "symdyn", "orbit", *_example(diagram, model, args.model))
     return 0
 
 
-def _example(diagram: Diagram, model: PassiveModel, robot: str | None) -> str:
-    """Arguments that show a gait of the diagram."""
+def _example(diagram: Diagram, model: PassiveModel, given: PassiveModelArguments) -> list[str]:
+    """Arguments that show a gait of the diagram, of the same model."""
     longest = max(diagram.branches, key=len)
     middle = float(np.median(longest.speeds)) * (model.units.speed if model.units else 1.0)
-    flags = f" --robot {robot}" if robot else ""
-    flags += "" if model.name in ("reference", robot) else " ..."
-    return f"--family {longest.family} --speed {middle:.3g}{flags}"
+    words = ["--family", longest.family, "--speed", f"{middle:.3g}"]
+    for flag, value in model_flags(given):
+        words += [flag, *(value if isinstance(value, tuple) else [str(value)])]
+    return words
 
 
 def _config(args: FamiliesArguments, model: PassiveModel) -> ExploreConfig:

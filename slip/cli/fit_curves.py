@@ -10,7 +10,7 @@ from rich.markdown import Markdown
 
 from slip.cli.arguments.fit_curves import FitArguments
 from slip.cli.explore_with_progress import explore_with_progress
-from slip.cli.passive_model import PassiveModel
+from slip.cli.passive_model import PassiveModel, model_flags
 from slip.curves.cells import branch_table, reaching
 from slip.curves.file import FittedCurve, document, write
 from slip.curves.fit import FEWEST_GROUPS, CurveFit, TimingPoints, fit_curves
@@ -24,7 +24,7 @@ from slip.figures.curves import curve_figure
 from symdyn.analysis import trials
 from symdyn.errors import InvalidValue
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command, print_written
 from symdyn.io.files import writable_directory, write_text
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
@@ -67,9 +67,25 @@ def run(args: FitArguments) -> int:
     write_text(args.out / REPORT, text)
     write(args.out / CURVES, content)
     console.print(Markdown(text.partition("\n## ")[0]))
-    console.print(f"\nWrote {args.out / CURVES}, with {FIGURE} and {REPORT} beside it. Next:")
-    console.print(f"  symdyn train --timing {args.out / CURVES}   # active: {content['active']}")
+    print_written(console, f"\nWrote {args.out / CURVES}, with {FIGURE} and {REPORT} beside it.")
+    if content["active"] == "paper":
+        console.print(
+            "The active curve is the paper's, which symdyn train uses by default. To train with the fitted one:"
+        )
+        print_command(console, *_again_with_passive(args))
+    else:
+        comment = f"active curve: {content['active']}"
+        print_command(console, "symdyn", "train", "--timing", args.out / CURVES, comment=comment)
     return 0
+
+
+def _again_with_passive(args: FitArguments) -> list[object]:
+    """The command again, with the passive curve active."""
+    words: list[object] = ["symdyn", "fit-curves"]
+    for flag, value in model_flags(args.model):
+        words += [flag, *(value if isinstance(value, tuple) else [value])]
+    words += [flag for flag, given in (("--reference", args.reference), ("--identify", args.identify)) if given]
+    return [*words, "--active", "passive", "--out", args.out]
 
 
 def _model(args: FitArguments) -> PassiveModel:

@@ -22,7 +22,7 @@ from slip.orbits.report import OrbitReport
 from slip.orbits.symmetry import Image
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
 from symdyn.figures.plots import save
-from symdyn.io.console import frames_progress, log_to, make_console
+from symdyn.io.console import frames_progress, log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.legs import LEGS
 
@@ -60,7 +60,7 @@ def run(args: OrbitArguments) -> int:
     if len(orbits) > 1:
         others = ", ".join(f"{i + 1} (T {orbit.period:.5g})" for i, orbit in enumerate(orbits))
         console.print(f"\nThe family has {len(orbits)} gaits of this speed: {others}. Shown: {args.which} (--which).")
-    console.print(f"\nWrote {', '.join(str(args.out / name) for name in written)}.")
+    print_written(console, f"\nWrote {', '.join(str(args.out / name) for name in written)}.")
     return 0
 
 

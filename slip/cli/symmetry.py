@@ -18,7 +18,7 @@ from slip.robot.tolerances import Tolerances
 from slip.robot.units import slip_parameters
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
-from symdyn.io.console import make_console
+from symdyn.io.console import make_console, print_written
 from symdyn.io.files import write_json
 from symdyn.robot.legs import JOINTS, LEGS
 from symdyn.robot.robot_file import DEFAULT_ROBOT
@@ -44,7 +44,7 @@ def run(args: SymmetryArguments) -> int:
     else:
         _show_body(console, body, slip_parameters(body))
     if args.out is not None:
-        console.print(f"Wrote {args.out}.")
+        print_written(console, f"Wrote {args.out}.")
     return 0
 
 

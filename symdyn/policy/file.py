@@ -170,10 +170,12 @@ def _open_session(path: Path) -> onnxruntime.InferenceSession:
 
 
 def _sentence(error: Exception) -> str:
-    """The first line of onnxruntime's text without its codes and the full stop."""
+    """The reason in onnxruntime's text: without its codes, without where in its source it arose, and without a stop."""
     text = re.sub(r"^\[ONNXRuntimeError\] : \d+ : \w+ : ", "", str(error)).strip()
     line = text.splitlines()[0] if text else type(error).__name__
-    return line[:200].rstrip(". ")
+    # /src/onnxruntime/model.cc:181 onnxruntime::Model::Model(ModelProto&&, const PathString&, ...) The reason
+    line = re.sub(r"(?:^|(?<=: ))\S+\.(?:cc|h|cpp):\d+ .*?\)(?: const)?(?: \[with [^\]]*\])? (?=[A-Z\w])", "", line)
+    return line.rstrip(". ")
 
 
 def _check_tensor(path: Path, role: str, tensors: Any, name: str, size: int) -> None:
