@@ -73,7 +73,8 @@ def _run(name: str, command: Command, arguments: list[str]) -> int:
         if command.extra is None or error.name in (command.arguments, command.module):
             raise
         return _fail(
-            f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'."
+            f"{name} needs {error.name!r}, which is not installed. In a checkout of symdyn: "
+            f"pip install -c constraints.txt -e '.[{command.extra}]' (docs/install.md)."
         )
     return module.run(parsed)
 

@@ -96,7 +96,8 @@ def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
         listening = _listen(lcm_url, robot, watched)
     except ModuleNotFoundError as error:
         raise ResourceProblem(
-            f"--robot-sim needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[hardware]'."
+            f"--robot-sim needs {error.name!r}, which is not installed. In a checkout of symdyn: "
+            "pip install -c constraints.txt -e '.[hardware]' (docs/install.md)."
         ) from error
     with listening, serving(args.host, args.port) as server:
         page = Page(server, robot, watched, "Robot on LCM")

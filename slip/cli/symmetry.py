@@ -29,9 +29,6 @@ FORMAT_VERSION = 1
 def run(args: SymmetryArguments) -> int:
     """The command. Raises SymdynError for bad input."""
     gains = _gains(args)
-    for name, value in asdict(args.tolerances).items():
-        if not value >= 0.0:
-            raise InvalidValue(f"--tolerances.{name}", value, ">= 0")
     robot = _load(args)
     morphology = find_morphology(robot, args.tolerances)
     body, problem = _body(robot, gains)

@@ -122,8 +122,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         for name, values in vars(self).items():
-            if len(set(values)) != len(values) or not all(math.isfinite(value) for value in values):
-                raise InvalidValue(name, values, "finite numbers, none of them twice")
+            if len(set(values)) != len(values) or not all(0.0 < value < math.inf for value in values):
+                raise InvalidValue(name, values, "finite numbers > 0, none of them twice")
 
     def models(self, base: SlipParameters) -> dict[str, SlipParameters]:
         """All combinations, by a name made of what varies.

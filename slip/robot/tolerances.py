@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
+
+from symdyn.errors import InvalidValue
 
 
 @dataclass(frozen=True)
@@ -18,3 +21,9 @@ class Tolerances:
     kinematics: float = 1e-3
     mass: float = 1e-2
     limits: float = 1e-2
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not 0.0 <= value < math.inf:
+                raise InvalidValue(f"tolerances.{item.name}", value, "a finite number >= 0")

@@ -53,7 +53,7 @@ def check_format(path: Path) -> None:
             import imageio_ffmpeg  # noqa: F401
         except ModuleNotFoundError:
             raise ResourceProblem(
-                "MP4 needs imageio-ffmpeg, which is not installed: pip install 'symdyn-gaits[video]', or take a GIF."
+                "MP4 needs imageio-ffmpeg, which is not installed: pip install imageio-ffmpeg, or write a .gif."
             ) from None
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from symdyn.errors import FileProblem, ResourceProblem
 from symdyn.robot.definition import Robot
 from symdyn.robot.robot_file import EXAMPLE_ROBOT_DATA
+from symdyn.robot.urdf_numbers import check_numbers
 
 
 def robots_folder() -> Path:
@@ -20,7 +21,7 @@ def robots_folder() -> Path:
         files = importlib.metadata.files("example-robot-data") or []
     except importlib.metadata.PackageNotFoundError:
         raise ResourceProblem(
-            "example-robot-data is not installed; pip install 'symdyn-gaits[slip]' or 'symdyn-gaits[rl]' brings it."
+            "example-robot-data is not installed; the extras slip and rl bring it (docs/install.md)."
         ) from None
     for file in files:
         if "robots" in file.parts and file.suffix == ".urdf":
@@ -30,7 +31,7 @@ def robots_folder() -> Path:
 
 
 def urdf_path(robot: Robot) -> Path:
-    """Path of the robot's URDF. Raises FileProblem, ResourceProblem."""
+    """Path of the robot's URDF, whose numbers are sound. Raises FileProblem, ResourceProblem."""
     if robot.urdf.startswith(EXAMPLE_ROBOT_DATA):
         path = robots_folder() / robot.urdf.removeprefix(EXAMPLE_ROBOT_DATA)
         if not path.is_file():
@@ -39,6 +40,7 @@ def urdf_path(robot: Robot) -> Path:
     path = Path(robot.urdf)
     if not path.is_file():
         raise FileProblem(path, f"the description of {robot.name} does not exist.")
+    check_numbers(path)
     return path
 
 
