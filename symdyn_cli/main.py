@@ -6,15 +6,21 @@ A command is two modules: ``arguments.NAME`` with ``parse(arguments)``, which im
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from symdyn.errors import SymdynError, UnknownName
 from symdyn.io.exit_codes import BAD_INPUT, INTERRUPTED
 from symdyn.io.plain_characters import use_plain_characters
 from symdyn_cli.commands import GROUPS, Command
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What a full disk says, a used-up quota, and a limit on the size of files."""
 
 _WIDTH = max(len(name) for group in GROUPS.values() for name in group)
 
@@ -39,15 +45,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given[0] not in commands:
             raise UnknownName("command", given[0], commands)
-        return _run(given[0], commands[given[0]], given[1:])
+        code = _run(given[0], commands[given[0]], given[1:])
+        sys.stdout.flush()  # here, where a full disk or a reader that has gone is answered
+        return code
     except SymdynError as error:
         return _fail(str(error))
     except KeyboardInterrupt:
         return INTERRUPTED
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        _silence(sys.stdout)
+        return _fail(f"{error.filename or 'The output'} cannot be written: {error.strerror}.")
     except BrokenPipeError:
         # the reader (head, less) has gone; without this the interpreter complains once more while it exits
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence(sys.stdout)
         return 0
+
+
+def _silence(stream: TextIO) -> None:
+    """Let the interpreter flush a stream that can no longer be written to when it exits, without a complaint."""
+    with contextlib.suppress(OSError, ValueError):  # a stream of a test has no number
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def overview() -> str:

@@ -8,6 +8,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from hardware.cli.arguments.calibrate_feet import CalibrateFeetArguments
+from hardware.control.controller import State
 from hardware.estimation.calibration import FootCalibration, calibrate, read_raw
 from hardware.logs.contact_figure import contact_figure
 from symdyn.figures.plots import save
@@ -21,7 +22,9 @@ def run(args: CalibrateFeetArguments) -> int:
     log_to(console)
     with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
         task = progress.add_task("reading", total=None)
-        raw = read_raw(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+        raw = read_raw(
+            args.log, lambda done, total: progress.update(task, completed=done, total=total), state=State.RUN
+        )
     calibration = calibrate(raw, str(args.log))
     _show(console, calibration)
     calibration.save(args.out)

@@ -9,6 +9,7 @@ the threshold is a tenth of the way from the swing median to the stance median.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.estimation.settings import ContactConfig
-from hardware.wire.channels import IMU, WrongMessage
+from hardware.wire.channels import IMU, TICK, WrongMessage
 from hardware.wire.event_log import LogReader
 from hardware.wire.readings import Imu
 from symdyn.errors import FileProblem, SymdynError
@@ -251,7 +252,9 @@ def otsu(values: Floats) -> float:
     return float((rising[best] + rising[best + 1]) / 2.0)
 
 
-def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> Floats:
+def read_raw(
+    path: Path, on_progress: Callable[[int, int], None] = lambda done, total: None, state: str | None = None
+) -> Floats:
     """The raw forces in an event log, (N, 4), in the order of symdyn.robot.legs.LEGS.
 
     Messages from before the bridge has heard of the robot, and such as are damaged, are left out.
@@ -259,15 +262,24 @@ def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, 
     Args:
         path: of the log.
         on_progress: called with the bytes that were gone through, and all there are.
+        state: of the deployer, in which messages count; all do if None, or if the log has no ticks of a deployer.
 
     Raises:
-        FileProblem: if the file is no event log, or has no such message.
+        FileProblem: if the file is no event log, is two of them, has no such message, or never was in that state.
     """
     reader, found = LogReader(path), []
+    ticks, within = 0, True
     for k, event in enumerate(reader):
         if k % 1000 == 0:
             on_progress(reader.position, reader.size)
-        if event.channel != IMU:
+        reader.check_single()
+        if event.channel == TICK and state is not None:
+            if not ticks:
+                found.clear()  # from before the deployer began
+            ticks += 1
+            with contextlib.suppress(WrongMessage):
+                within = event.message().state == state
+        if event.channel != IMU or not within:
             continue
         try:
             imu = Imu.of(event.message())
@@ -275,6 +287,8 @@ def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, 
             continue
         if imu.finite() and imu.quat_w.any():
             found.append(imu.foot_force)
+    if not found and ticks:
+        raise FileProblem(path, f"has no message of a robot in the state {state}: the policy never ran. {_WHAT_TO_DO}")
     if not found:
         raise FileProblem(path, f"has no message of a robot on channel {IMU}.")
     return np.array(found)
