@@ -27,6 +27,9 @@ from symdyn.robot.legs import JOINTS
 from symdyn.robot.robot_file import ROBOTS, get_robot
 
 METADATA_KEY = "symdyn"
+GOLDEN_KEY = "symdyn_golden"
+"""Metadata key of the golden trace (symdyn.policy.golden)."""
+
 INPUT, OUTPUT = "obs", "actions"
 
 _LARGEST = 256 * 2**20
@@ -58,7 +61,8 @@ class Policy:
 
         Raises:
             FileProblem: if the file is missing, no ONNX, not whole in itself, or lacks sound metadata.
-            PolicyMismatch: if it was made for another robot or format, or observes what this symdyn cannot supply.
+            PolicyMismatch: if it was made for another robot or format, observes what this symdyn cannot supply, or its
+                golden trace comes out otherwise.
         """
         path = Path(path)
         session = _open_session(path)
@@ -73,6 +77,11 @@ class Policy:
         _check_tensor(path, "output", session.get_outputs(), OUTPUT, len(JOINTS))
         policy = cls(session, metadata, robot)
         policy._try_out(path)
+        golden_trace = session.get_modelmeta().custom_metadata_map.get(GOLDEN_KEY)
+        if golden_trace is not None:  # older files have none
+            from symdyn.policy import golden  # which uses this module
+
+            golden.check(policy, golden_trace, path)
         return policy
 
     def with_timing(self, timing: TimingCurve) -> Policy:
