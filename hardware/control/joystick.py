@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
 
 from hardware.wire.readings import BUTTONS, SHOULDERS, Joystick
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.gait.library import LIBRARY, Gait
 from symdyn.gait.symmetry import classify, mirrored
-from symdyn.policy.file import Policy
+
+if TYPE_CHECKING:
+    from symdyn.policy.file import Policy
 
 MIRRORED = "_mirrored"
 """After a gait's name: its mirror image (symdyn.gait.symmetry.mirrored), which leads with the other foot."""
@@ -134,3 +137,16 @@ def check_gaits(config: JoystickConfig, policy: Policy) -> None:
                 gait.name,
                 f"of the class of one of {', '.join(policy.gaits)}",
             )
+
+
+KEYS = {
+    "Enter": "go on: Passive to Stand, Stand to Run",
+    "space": "stop: damp",
+    "p": "end the damping: Passive",
+    "1 to 8": "gait of the buttons A B X Y up right down left",
+    "w s": "a tenth of the top speed more forward, more backward",
+    "a d": "a tenth more to the left, to the right",
+    "q e": "turn a tenth more to the left, to the right",
+    "0": "stand still",
+}
+"""What the keys do."""

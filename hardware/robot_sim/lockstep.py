@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from hardware.control.controller import Controller, Inputs, Request, Tick
 from hardware.robot_sim.rig import Rig
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage, decode
 from hardware.wire.clock import whole_microseconds
 from hardware.wire.link import Received

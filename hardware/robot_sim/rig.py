@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from hardware.robot_sim.faults import Effect, get_fault
 from hardware.robot_sim.joystick_operator import JoystickOperator, Seen
 from hardware.robot_sim.scenarios import Scenario
-from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
+from hardware.robot_sim.settings import PERIOD, Since
+from hardware.robot_sim.simulated_robot import SimulatedRobot
 from hardware.robot_sim.target_monitor import TargetMonitor
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TRUTH
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt
@@ -24,8 +25,6 @@ TRUTH_EVERY = 5
 
 FALLEN_HEIGHT, FALLEN_TILT = 0.18, 0.8
 """m and rad; a robot told to run that is lower or more tilted has fallen (as in training: rl.task.termination)."""
-
-Since = Literal["start", "stand", "run"]
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from hardware.robot_sim.rig import Rig
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.running import realtime
-from hardware.wire.channels import TARGETS, decode
+from hardware.wire.channels import IMU, JOINTS, TARGETS, decode
 from hardware.wire.link import Link
 from hardware.wire.messages import pd_tau_targets_lcmt
 from symdyn.errors import ResourceProblem
+
+LISTEN_S = 0.3
+"""s that no other robot may be heard before the first message; a bridge sends 500 a second."""
 
 STALL_S = 0.5
 """A computer that was away for longer than this (suspended, stopped) is not caught up with; the clock is set back."""
@@ -77,6 +80,7 @@ class Session:
 
     def __init__(self, url: str, rig: Rig) -> None:
         self.rig = rig
+        self._url = url
         self.pace = Pace(time.monotonic())
         self._targets: deque[tuple[float, pd_tau_targets_lcmt]] = deque()
         self._link = Link(url, [TARGETS], self._take)
@@ -90,8 +94,9 @@ class Session:
             real_time: whether to ask for real-time scheduling of this process.
 
         Raises:
-            ResourceProblem: if the thread that receives has died.
+            ResourceProblem: if another robot publishes on the URL, or the thread that receives has died.
         """
+        self._check_nobody_publishes()
         self._link.start()
         if real_time:
             self.pace.real_time = realtime.ask().priority
@@ -109,6 +114,17 @@ class Session:
             pace.wall = time.monotonic() - pace.began
             self._link.close()
             self._receive()
+
+    def _check_nobody_publishes(self) -> None:
+        """Two robots on one wire look to a deployer like one whose joints jump. LCM does not say who sends."""
+        heard = Link(self._url, (JOINTS, IMU))
+        heard.start()
+        time.sleep(LISTEN_S)
+        heard.close()
+        if busy := [channel for channel in (JOINTS, IMU) if heard.latest(channel) is not None]:
+            raise ResourceProblem(
+                f"Another robot already publishes {', '.join(busy)} at {self._url}. End it, or name another --url."
+            )
 
     def _wait(self, deadline: float) -> float:
         ahead = deadline - time.monotonic()

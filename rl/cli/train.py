@@ -6,73 +6,33 @@ from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
-import argparse  # noqa: E402
 import contextlib  # noqa: E402
-import math  # noqa: E402
 import shlex  # noqa: E402
-from collections.abc import Sequence  # noqa: E402
-from dataclasses import dataclass, field, replace  # noqa: E402
 from pathlib import Path  # noqa: E402
-from typing import TYPE_CHECKING, Annotated, Any  # noqa: E402
+from typing import Any  # noqa: E402
 
 import torch  # noqa: E402
-import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.progress import Progress  # noqa: E402
 
+from rl.cli.arguments.train import TrainArguments  # noqa: E402
 from rl.judging.selection import select  # noqa: E402
 from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
-from rl.learning.config import TrainConfig  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
-from rl.learning.presets import DEFAULT_PRESET, preset  # noqa: E402
-from symdyn.errors import InvalidValue  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from rl.learning.trainer import Trainer  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command  # noqa: E402
 from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
 from symdyn.io.origin import commit  # noqa: E402
-from symdyn.io.settings_data import differences  # noqa: E402
-
-if TYPE_CHECKING:
-    from rl.learning.trainer import Trainer
 
 
-@dataclass(frozen=True)
-class TrainArguments:
-    """Train one policy for every gait with PPO, from nothing to a policy file. Presets: cpu (the default: one run in
-    stages, on two cores), paper (section III-E of the paper), smoke (seconds, to see that it runs). --preset sets the
-    defaults shown below; every one of them is a flag. What changes on the way stands in the stages of a settings file:
-    --write-settings mine.yaml writes the preset's, --settings mine.yaml trains with yours. Ctrl-C saves and says how to
-    go on.
-
-    Attributes:
-        settings: a settings file, such as RUN/config.yaml, to take instead of a preset.
-        write_settings: write the settings to this file instead of training.
-        out: directory of the new run; runs/DATE-TIME-PRESET if left out.
-        resume: directory of a run to go on with, exactly as if it had not been interrupted. Its settings are kept; only
-            --iterations, the total, may be given anew.
-        start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
-            setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
-        start_std: standard deviation of the action noise to start with instead of that run's.
-        config: settings.
-    """
-
-    settings: Path | None = None
-    write_settings: Path | None = None
-    out: Path | None = None
-    resume: Path | None = None
-    start_from: Path | None = None
-    start_std: float | None = None
-    config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: TrainArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = parse(arguments)
     console = make_console(lasting=True)
     log_to(console)
     if args.write_settings is not None:
         config_file.save(args.config, args.write_settings)
-        console.print(f"Wrote {args.write_settings}. To train with it:")
-        console.print(f"  symdyn train --settings {shlex.quote(str(args.write_settings))}", soft_wrap=True)
+        console.print(f"Wrote {args.write_settings}. To train with it:", soft_wrap=True)
+        print_command(console, "symdyn", "train", "--settings", args.write_settings)
         return 0
     if args.resume is not None:
         return _train(args.resume, args, console)
@@ -88,56 +48,7 @@ def run(arguments: Sequence[str]) -> int:
             reserved.parent.rmdir()
 
 
-def parse(arguments: Sequence[str]) -> TrainArguments:
-    """The arguments, with the defaults of the preset or of the run that is resumed.
-
-    Raises:
-        SymdynError: for a bad value, an unknown preset, a directory that is no run, or a resumed run's setting changed.
-    """
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--preset")
-    first.add_argument("--settings", type=Path)
-    first.add_argument("--resume", type=Path)
-    known, _ = first.parse_known_args(list(arguments))
-    if known.resume is not None:
-        default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
-    elif known.settings is not None:
-        if known.preset is not None:
-            raise InvalidValue("--preset", known.preset, "left out with --settings, which has every setting")
-        default = config_file.load(known.settings)
-    else:
-        default = preset(known.preset or DEFAULT_PRESET)
-    args = tyro.cli(TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train")
-    if args.start_std is not None:
-        if args.start_from is None:
-            raise InvalidValue("--start-std", args.start_std, "left out without --start-from")
-        if not 0.0 < args.start_std < math.inf:
-            raise InvalidValue("--start-std", args.start_std, "a number > 0")
-    given = differences(args.config, default)
-    for stage in args.config.stages:
-        for name in given:
-            if name in stage.settings:
-                raise InvalidValue(
-                    f"--{name.replace('_', '-')}",
-                    "a flag",
-                    f"left out: stage {stage.name!r} sets {name}. Change it there (--write-settings, --settings)",
-                )
-    if args.resume is not None:
-        changed = differences(replace(args.config, iterations=default.iterations), default)
-        if changed:
-            raise InvalidValue(
-                "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
-            )
-        others = (("--out", args.out), ("--start-from", args.start_from), ("--settings", args.settings))
-        for flag, value in others:
-            if value is not None:
-                raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")
-    return args
-
-
 def _train(directory: Path, args: TrainArguments, console: Console) -> int:
-    from rl.learning.trainer import Trainer  # two seconds' worth of the learner's library, which --help does without
-
     config = args.config
     if config.threads:
         torch.set_num_threads(config.threads)
@@ -168,17 +79,17 @@ def _run(trainer: Trainer, console: Console) -> int:
         done = trainer.train(display.update)
     if not done:
         console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
-        console.print(f"  symdyn train --resume {directory}")
+        print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
     console.print(f"Done after {trainer.iteration} updates.")
     if config.candidates:
         console.print(_select(trainer, console), soft_wrap=True)
     console.print("Next:")
     if not config.candidates:
-        console.print(f"  symdyn export {shlex.quote(str(directory))}", soft_wrap=True)
-    robot, policy = run_dir.robot_flag(config.robot), shlex.quote(str(directory / run_dir.POLICY))
-    console.print(f"  symdyn evaluate {policy} --suite quick{robot}", soft_wrap=True)
-    console.print(f"  symdyn play {policy}{robot}", soft_wrap=True)
+        print_command(console, "symdyn", "export", directory)
+    robot = shlex.split(run_dir.robot_flag(config.robot))
+    print_command(console, "symdyn", "evaluate", directory / run_dir.POLICY, "--suite", "quick", *robot)
+    print_command(console, "symdyn", "play", directory / run_dir.POLICY, *robot)
     return 0
 
 

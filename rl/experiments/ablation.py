@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS
 from symdyn.policy.file import Policy
@@ -97,7 +99,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS, seconds: float = S
         name="ablation",
         title="What are the symmetries worth?",
         protocol=f"Policies {', '.join(samples)}: each gait at each speed for {seconds:g} s from a stand, "
-        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {summaries.SETTLE_S:g} s "
+        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {SETTLE_S:g} s "
         "left out, means over gaits; "
         "a policy is judged by the clock that it was trained with.",
         metrics={"speeds": list(speeds), "samples": samples, "curves": spread},

@@ -12,8 +12,9 @@ import torch
 from numpy.typing import NDArray
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging.protocols import random_scripts
+from rl.judging.target import Target
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.randomization import NOMINAL, RandomizationConfig
@@ -104,8 +105,10 @@ def run(subject: Subject, sequences: int = SEQUENCES, robots: int = ROBOTS, seco
         title="Does it keep its feet?",
         protocol=f"Sequences: {sequences} of a new gait and a new velocity in +-{TOP_SPEED:g} m/s every {HOLD_S:g} s "
         f"for {SEQUENCE_S:g} s, reversals included, nominal robot. Worlds: {robots} robots, episodes of {seconds:g} s, "
-        f"a new velocity (v_x in +-2 m/s, v_y and yaw rate as in the training) and a new gait each {_CHANGES_S[0]:g} to "
-        f"{_CHANGES_S[1]:g} s; " + "; ".join(f"{name}: {world.what}" for name, world in WORLDS.items()) + ".",
+        "a new velocity (v_x in +-2 m/s, v_y and yaw rate as in the training) and a new gait each "
+        f"{_CHANGES_S[0]:g} to {_CHANGES_S[1]:g} s; "
+        + "; ".join(f"{name}: {world.what}" for name, world in WORLDS.items())
+        + ".",
         metrics={
             "sequences": {"run": sequences, "fell": len(falls), "falls": [_describe(e) for e in falls]},
             "did_not_fall": stood,

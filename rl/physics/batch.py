@@ -183,6 +183,8 @@ class BatchPhysics(Physics):
         square = dynamics.mass_pos_b**2
         reduced = own * added / (own + added)
         inertia = trunk.inertia + reduced * (square.sum(axis=1, keepdims=True) - square)
+        if not ((own + added > 0.0).all() and (inertia > 0.0).all()):
+            raise InvalidValue("The added mass and its position", "a trunk without mass or inertia", "a lighter change")
         self.batch.expand("body_inertia")[:, trunk.id] = inertia
         floor = self.model.geom(FLOOR)
         self.batch.expand("geom_friction")[:, floor.id, 0] = floor.friction[0] * dynamics.friction

@@ -26,9 +26,12 @@ def draw(config: RandomizationConfig, n: int, generator: torch.Generator) -> Dyn
     joints = len(JOINTS)
     steepness = np.tan(drawn((0.0, config.slope)))
     direction = drawn((-math.pi, math.pi))
+    added_mass = drawn(config.added_mass)
+    # a load may sit anywhere; what a lighter trunk lacks is taken from its centre, or its inertia could vanish
+    mass_pos_b = around_zero(config.mass_pos_b) * (added_mass > 0.0)[:, None]
     return Dynamics(
-        added_mass=drawn(config.added_mass),
-        mass_pos_b=around_zero(config.mass_pos_b),
+        added_mass=added_mass,
+        mass_pos_b=mass_pos_b,
         com_shift_b=around_zero(config.com_shift_b),
         friction=drawn(config.friction),
         strength=np.repeat(drawn(config.strength)[:, None], joints, axis=1),

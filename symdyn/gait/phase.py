@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from array_api_compat import array_namespace
-from scipy.special import ive
 
 from symdyn.arrays import Array
 
@@ -129,6 +128,9 @@ class SwingExpectation:
             like: an array whose namespace, device and precision the table takes.
             size: number of cells; the error is below 1.3 kappa / size**2 (and float32 rounding).
         """
+
+        from scipy.special import ive  # half a second, which `symdyn deploy --help` need not take
+
         x = np.linspace(0.0, 1.0, size + 1)
         periodic = np.zeros_like(x)
         n = 1

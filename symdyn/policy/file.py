@@ -28,6 +28,9 @@ from symdyn.robot.legs import JOINTS
 from symdyn.robot.robot_file import ROBOTS, get_robot
 
 METADATA_KEY = "symdyn"
+GOLDEN_KEY = "symdyn_golden"
+"""Metadata key of the golden trace (symdyn.policy.golden)."""
+
 INPUT, OUTPUT = "obs", "actions"
 
 _LARGEST = 256 * 2**20
@@ -62,7 +65,8 @@ class Policy:
 
         Raises:
             FileProblem: if the file is missing, no ONNX, not whole in itself, or lacks sound metadata.
-            PolicyMismatch: if it was made for another robot or format, or observes what this symdyn cannot supply.
+            PolicyMismatch: if it was made for another robot or format, observes what this symdyn cannot supply, or its
+                golden trace comes out otherwise.
         """
         path = Path(path)
         session = _open_session(path)
@@ -77,6 +81,11 @@ class Policy:
         _check_tensor(path, "output", session.get_outputs(), OUTPUT, len(JOINTS))
         policy = cls(session, metadata, robot)
         policy._try_out(path)
+        golden_trace = session.get_modelmeta().custom_metadata_map.get(GOLDEN_KEY)
+        if golden_trace is not None:  # older files have none
+            from symdyn.policy import golden  # which uses this module
+
+            golden.check(policy, golden_trace, path)
         return policy
 
     def with_timing(self, timing: TimingCurve) -> Policy:
@@ -182,10 +191,12 @@ def _open_session(path: Path) -> onnxruntime.InferenceSession:
 
 
 def _sentence(error: Exception) -> str:
-    """The first line of onnxruntime's text without its codes and the full stop."""
+    """The reason in onnxruntime's text: without its codes, without where in its source it arose, and without a stop."""
     text = re.sub(r"^\[ONNXRuntimeError\] : \d+ : \w+ : ", "", str(error)).strip()
     line = text.splitlines()[0] if text else type(error).__name__
-    return line[:200].rstrip(". ")
+    # /src/onnxruntime/model.cc:181 onnxruntime::Model::Model(ModelProto&&, const PathString&, ...) The reason
+    line = re.sub(r"(?:^|(?<=: ))\S+\.(?:cc|h|cpp):\d+ .*?\)(?: const)?(?: \[with [^\]]*\])? (?=[A-Z\w])", "", line)
+    return line.rstrip(". ")
 
 
 def _check_tensor(path: Path, role: str, tensors: Any, name: str, size: int) -> None:

@@ -42,7 +42,7 @@ class PolicyMetadata:
         control_dt: time between two actions, s.
         leg_length: the length of the timing curve, m.
         gravity: the gravity of the timing curve, m/s^2.
-        observation: what the network sees; the file holds name, size and scale of each term in order.
+        observation: what the network sees; the file holds name, size, scale, labels, unit and frame of each term.
         gaits: those that it was trained for, by name.
         timing: T(v) and beta(v).
         command_range: (low, high) of each of :data:`COMMANDS` in training, m/s, m/s, rad/s.
@@ -180,7 +180,13 @@ def _read_observation(fields: Fields) -> Layout:
     found = []
     for number, value in enumerate(terms):
         term = Fields(value, fields.origin, f"observation[{number}].")
-        found.append({"name": term.text("name"), "size": term.whole("size"), "scale": term.number("scale")})
+        entry: dict[str, Any] = {"name": term.text("name"), "size": term.whole("size"), "scale": term.number("scale")}
+        if "labels" in term.data:  # older files have none
+            labels = term["labels"]
+            if not isinstance(labels, list):
+                raise term.wrong("labels", labels, "a list of names")
+            entry["labels"] = labels
+        found.append(entry)
     if not found:
         raise fields.wrong("observation", terms, "at least one term")
     return read_layout(found, fields.origin)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from symdyn.errors import FileProblem, ResourceProblem
 from symdyn.robot.definition import Robot
 from symdyn.robot.robot_file import EXAMPLE_ROBOT_DATA
+from symdyn.robot.urdf_numbers import check_numbers
 
 
 @cache  # what is installed does not change, and to list it takes longer than to build a model
@@ -27,7 +28,7 @@ def robots_folder() -> Path:
         files = importlib.metadata.files("example-robot-data") or []
     except importlib.metadata.PackageNotFoundError:
         raise ResourceProblem(
-            "example-robot-data is not installed; pip install 'symdyn-gaits[slip]' or 'symdyn-gaits[rl]' brings it."
+            "example-robot-data is not installed; the extras slip and rl bring it (docs/install.md)."
         ) from None
     for file in files:
         if "robots" in file.parts and file.suffix == ".urdf":
@@ -37,7 +38,7 @@ def robots_folder() -> Path:
 
 
 def urdf_path(robot: Robot) -> Path:
-    """Path of the robot's URDF. Raises FileProblem, ResourceProblem."""
+    """Path of the robot's URDF, whose numbers are sound. Raises FileProblem, ResourceProblem."""
     if robot.urdf.startswith(EXAMPLE_ROBOT_DATA):
         path = robots_folder() / robot.urdf.removeprefix(EXAMPLE_ROBOT_DATA)
         if not path.is_file():
@@ -46,6 +47,7 @@ def urdf_path(robot: Robot) -> Path:
     path = Path(robot.urdf)
     if not path.is_file():
         raise FileProblem(path, f"the description of {robot.name} does not exist.")
+    check_numbers(path)
     return path
 
 

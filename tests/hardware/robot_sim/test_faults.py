@@ -12,7 +12,7 @@ import pytest
 from hardware.robot_sim.faults import FAULTS, FOREIGN_SENDER, get_fault
 from hardware.robot_sim.rig import FALLEN_HEIGHT, PlannedFault, Rig
 from hardware.robot_sim.scenarios import get_scenario
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, WrongMessage, decode
 from hardware.wire.readings import Joints, Joystick, Targets
 from hardware.wire.sdk_order import SDK_JOINTS

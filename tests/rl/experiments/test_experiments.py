@@ -25,8 +25,9 @@ from rl.experiments import (
     transitions,
     velocity,
 )
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.target import Target
 from rl.pretrained import policy_path
 from symdyn.errors import FileProblem, InvalidValue, UnknownName
 from symdyn.figures.plots import velocity_tracking

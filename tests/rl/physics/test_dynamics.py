@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 
 from rl.physics.dynamics import Dynamics
+from symdyn.errors import InvalidValue
 from symdyn.robot.legs import LEGS
 from tests.rl.physics.batches import STAND, make, standing
 from tests.robots import GO2
 
 
 def test_an_added_mass_moves_centre_of_mass_and_inertia_as_a_point_does() -> None:
-    added, at = np.array([3.0, -2.0]), np.array([[-0.15, 0.0, 0.05], [0.1, 0.04, 0.0]])
+    added, at = np.array([3.0, 2.0]), np.array([[-0.15, 0.0, 0.05], [0.1, 0.04, 0.0]])
     physics = make(2)
     trunk = physics.model.body(GO2.trunk)
     own, centre, inertia = trunk.mass[0], trunk.ipos.copy(), trunk.inertia.copy()
@@ -60,3 +62,9 @@ def test_a_robot_on_a_slope_stands_on_it() -> None:
     np.testing.assert_allclose(above.numpy(), physics.foot_radius * np.repeat(normal[:, None], 4, axis=1), atol=4e-3)
     by_hand = (slope * state.base_pos_w[:, :2].double().numpy()).sum(axis=1)
     np.testing.assert_allclose(physics.ground(state.base_pos_w).numpy(), by_hand, atol=1e-6)
+
+
+def test_a_trunk_without_inertia_is_refused() -> None:
+    physics = make(1)
+    with pytest.raises(InvalidValue, match="without mass or inertia"):
+        physics.set_dynamics(Dynamics.nominal(1, added_mass=np.array([-3.0]), mass_pos_b=np.array([[0.3, 0.0, 0.0]])))

@@ -7,10 +7,10 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from slip.families.branch import FAMILIES as KNOWN_FAMILIES
 from slip.families.branch import Branch, Diagram, Junction
 from slip.figures.diagram import FAMILY_COLOURS, QUANTITIES, branch_diagram, described
 from slip.figures.orbit import SAMPLES, STRIDES, caption, orbit_figure
+from slip.model.naming import FAMILIES as KNOWN_FAMILIES
 from slip.model.parameters import REFERENCE
 from slip.model.unknowns import DPHI, DX, PERIOD, Y
 from slip.orbits.trajectory import sample
