@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from hardware.cli import deploy
+from hardware.cli.arguments.deploy import parse
 from hardware.control.controller import Controller
 from hardware.control.settings import TICK_HZ
 from hardware.wire import link
@@ -60,7 +61,7 @@ def main() -> int:
     """The deployer with the defect that the first argument names."""
     holder, name, broken = _DEFECTS[sys.argv[1]]
     signal.signal(signal.SIGUSR1, lambda *_: setattr(holder, name, broken))
-    return deploy.run(sys.argv[2:])
+    return deploy.run(parse(sys.argv[2:]))
 
 
 if __name__ == "__main__":

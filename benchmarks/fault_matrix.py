@@ -29,10 +29,12 @@ from hardware.control.controller import Controller, State
 from hardware.control.settings import Settings, StandConfig
 from hardware.robot_sim.faults import FAULTS
 from hardware.robot_sim.lockstep import Lockstep, Moment
-from hardware.robot_sim.rig import PlannedFault, Rig, Since
+from hardware.robot_sim.rig import PlannedFault, Rig
 from hardware.robot_sim.scenarios import get_scenario
+from hardware.robot_sim.settings import Since
 from rl.pretrained import policy_path
-from slip.curves.parallel import Outcome, Workers, run_cells
+from slip.curves.parallel import Outcome, run_cells
+from slip.curves.settings import Workers
 from symdyn.io.console import make_console
 from symdyn.io.files import write_json, write_text
 from symdyn.io.markdown import table

@@ -10,7 +10,7 @@ class Command:
     """A subcommand.
 
     Attributes:
-        module: what to import.
+        module: what does the work: ``run(parsed) -> exit code``.
         extra: the extra of the distribution that brings its packages, or None.
         summary: one line.
         example: how one would call it.
@@ -22,6 +22,12 @@ class Command:
     summary: str
     example: str
     names: str | None = None
+
+    @property
+    def arguments(self) -> str:
+        """The module that parses the command line: ``parse(arguments)``. It imports no heavy library."""
+        package, _, name = self.module.rpartition(".")
+        return f"{package}.arguments.{name}"
 
 
 GROUPS: dict[str, dict[str, Command]] = {
@@ -161,7 +167,7 @@ GROUPS: dict[str, dict[str, Command]] = {
             None,
             "a script with which the Tab key completes commands and options, for bash, zsh or fish",
             "symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn",
-            names="symdyn_cli.completion:SHELLS",
+            names="symdyn_cli.arguments.completion:SHELLS",
         ),
     },
 }

@@ -10,33 +10,12 @@ import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, get_args
+from typing import Any, Literal
 
-import tyro
 from rich.console import Console
 
+from symdyn_cli.arguments.completion import CompletionArguments
 from symdyn_cli.commands import GROUPS, Command
-
-Shell = Literal["bash", "zsh", "fish"]
-
-SHELLS: tuple[Shell, ...] = get_args(Shell)
-
-
-@dataclass(frozen=True)
-class CompletionArguments:
-    """Print a script that makes the Tab key complete symdyn's commands and options. Ten seconds, once.
-
-    bash: symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn
-
-    zsh: symdyn completion zsh > ~/.symdyn.zsh, and a line "source ~/.symdyn.zsh" in ~/.zshrc after compinit
-
-    fish: symdyn completion fish > ~/.config/fish/completions/symdyn.fish
-
-    Attributes:
-        shell: bash, zsh or fish.
-    """
-
-    shell: Annotated[Shell, tyro.conf.Positional]
 
 
 @dataclass(frozen=True)
@@ -71,9 +50,8 @@ class Words:
     options: tuple[Option, ...]
 
 
-def run(arguments: Sequence[str]) -> int:
+def run(args: CompletionArguments) -> int:
     """The command."""
-    args = tyro.cli(CompletionArguments, args=list(arguments), prog="symdyn completion")
     with Console(stderr=True).status("asking every command for its options"):
         words = {name: words_of(command) for group in GROUPS.values() for name, command in group.items()}
     sys.stdout.write({"bash": bash, "zsh": zsh, "fish": fish}[args.shell](words))
@@ -83,13 +61,13 @@ def run(arguments: Sequence[str]) -> int:
 def words_of(command: Command) -> Words:
     """Ask a command, which has to be imported for that. One whose extra is not installed has no words but its name."""
     try:
-        run_command = importlib.import_module(command.module).run
+        parse = importlib.import_module(command.arguments).parse
         names = _names(command)
     except ModuleNotFoundError:
         return Words(command.summary, (), ())
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
-        run_command(["--tyro-print-completion", "bash"])
+        parse(["--tyro-print-completion", "bash"])
     # tyro's own script is for one command of one word, and long; what it knows stands in one line of it
     start = "COMPLETION_SPEC = "
     spec = next(line for line in printed.getvalue().splitlines() if line.startswith(start))

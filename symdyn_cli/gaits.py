@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -20,42 +16,19 @@ from symdyn.gait.library import LIBRARY, Gait, get
 from symdyn.gait.phase import in_swing, leg_phase
 from symdyn.gait.symmetry import classify
 from symdyn.gait.timing import TimingCurve
-from symdyn.io.console import make_console
+from symdyn.io.console import make_console, print_written
 from symdyn.policy.layout import Layout
 from symdyn.policy.observation import LAYOUTS, TERMS
 from symdyn.robot.legs import JOINTS, LEGS
-from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
+from symdyn.robot.robot_file import get_robot
+from symdyn_cli.arguments.gaits import GaitsArguments
 
 _COLUMNS_A_STRIDE = 30
 _STRIDES_SHOWN = 2
 
 
-@dataclass(frozen=True)
-class GaitsArguments:
-    """The gait library: offsets theta, symmetry class (K: spatial, H: with a phase shift), stride period, duty factor.
-
-    Attributes:
-        name: one gait, shown with its footfalls; all of them as a table if left out.
-        robot: name or robot file of the robot for whose leg length period and duty factor are shown.
-        speed: forward velocity for period and duty factor, m/s.
-        timing: a curves file instead of the paper's constants.
-        json: print [{name, offsets, K, H, time_reversal_partner, symmetric_pairs}] and nothing else.
-        observation: print the inputs of a policy in order, with scale and noise, for every observation; nothing else.
-        figure: also save a footfall picture (PNG, PDF or SVG by its suffix); needs a name.
-    """
-
-    name: Annotated[str | None, tyro.conf.Positional] = None
-    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
-    speed: float = 0.5
-    timing: Path | None = None
-    json: bool = False
-    observation: bool = False
-    figure: Path | None = None
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: GaitsArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(GaitsArguments, args=list(arguments), prog="symdyn gaits")
     if not math.isfinite(args.speed):
         raise InvalidValue("--speed", args.speed, "a finite number, m/s")
     timing = TimingCurve() if args.timing is None else TimingCurve.load(args.timing, get_robot(args.robot).name)
@@ -107,7 +80,7 @@ def _show(console: Console, gaits: list[Gait], timing: TimingCurve, args: GaitsA
         from symdyn.figures.plots import gait_diagram, save
 
         save(gait_diagram(gaits[0], duty, _STRIDES_SHOWN), args.figure)
-        console.print(f"Wrote {args.figure}.")
+        print_written(console, f"Wrote {args.figure}.")
 
 
 def _library_table(gaits: list[Gait]) -> Table:

@@ -1,19 +1,26 @@
 """The command ``symdyn``: finds the subcommand and imports only what it needs.
 
-Every command is a module with ``run(arguments) -> exit code``. This file imports none of them, so that ``symdyn
---help`` answers at once and a robot's computer needs no trainer.
+A command is two modules: ``arguments.NAME`` with ``parse(arguments)``, which imports no heavy library, so that
+``symdyn NAME --help`` appears at once; and ``NAME`` with ``run(parsed) -> exit code``, imported only to do the work.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from symdyn.errors import SymdynError, UnknownName
 from symdyn.io.exit_codes import BAD_INPUT, INTERRUPTED
+from symdyn.io.plain_characters import use_plain_characters
 from symdyn_cli.commands import GROUPS, Command
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What a full disk says, a used-up quota, and a limit on the size of files."""
 
 _WIDTH = max(len(name) for group in GROUPS.values() for name in group)
 
@@ -24,6 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: of the command line, without the program's name; ``sys.argv`` if None.
     """
+    use_plain_characters()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not given or given[0] in ("-h", "--help"):
         sys.stdout.write(overview())
@@ -37,15 +45,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given[0] not in commands:
             raise UnknownName("command", given[0], commands)
-        return _run(given[0], commands[given[0]], given[1:])
+        code = _run(given[0], commands[given[0]], given[1:])
+        sys.stdout.flush()  # here, where a full disk or a reader that has gone is answered
+        return code
     except SymdynError as error:
         return _fail(str(error))
     except KeyboardInterrupt:
         return INTERRUPTED
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        _silence(sys.stdout)
+        return _fail(f"{error.filename or 'The output'} cannot be written: {error.strerror}.")
     except BrokenPipeError:
         # the reader (head, less) has gone; without this the interpreter complains once more while it exits
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence(sys.stdout)
         return 0
+
+
+def _silence(stream: TextIO) -> None:
+    """Let the interpreter flush a stream that can no longer be written to when it exits, without a complaint."""
+    with contextlib.suppress(OSError, ValueError):  # a stream of a test has no number
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def overview() -> str:
@@ -65,14 +86,16 @@ def overview() -> str:
 
 def _run(name: str, command: Command, arguments: list[str]) -> int:
     try:
+        parsed = importlib.import_module(command.arguments).parse(arguments)
         module = importlib.import_module(command.module)
     except ModuleNotFoundError as error:
-        if command.extra is None or error.name == command.module:
+        if command.extra is None or error.name in (command.arguments, command.module):
             raise
         return _fail(
-            f"{name} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[{command.extra}]'."
+            f"{name} needs {error.name!r}, which is not installed. In a checkout of symdyn: "
+            f"pip install -c constraints.txt -e '.[{command.extra}]' (docs/install.md)."
         )
-    return module.run(arguments)
+    return module.run(parsed)
 
 
 def _fail(message: str) -> int:

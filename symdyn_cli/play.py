@@ -8,14 +8,10 @@ wait_passively()  # before torch
 
 import os  # noqa: E402
 import signal  # noqa: E402
-from collections.abc import Iterator, Sequence  # noqa: E402
+from collections.abc import Iterator  # noqa: E402
 from contextlib import AbstractContextManager, closing, contextmanager  # noqa: E402
-from dataclasses import dataclass  # noqa: E402
-from pathlib import Path  # noqa: E402
-from typing import Annotated  # noqa: E402
 
 import numpy as np  # noqa: E402
-import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from rl.pretrained import load_policy  # noqa: E402
@@ -26,16 +22,14 @@ from rl.viewer.shown import Pose  # noqa: E402
 from rl.viewer.window.controls import Controls  # noqa: E402
 from rl.viewer.window.live_view import LiveView  # noqa: E402
 from rl.viewer.window.page import Page  # noqa: E402
-from rl.viewer.window.server import DEFAULT_HOST, DEFAULT_PORT, is_loopback, serving, url  # noqa: E402
+from rl.viewer.window.server import is_loopback, serving, url  # noqa: E402
 from rl.viewer.window.watched import News, Watched  # noqa: E402
 from symdyn.errors import InvalidValue, ResourceProblem  # noqa: E402
 from symdyn.io.console import log_to, make_console  # noqa: E402
-from symdyn.io.options import RobotOption  # noqa: E402
 from symdyn.robot.definition import Robot  # noqa: E402
 from symdyn.robot.frames import to_heading  # noqa: E402
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot  # noqa: E402
-
-_ROBOT_SIM = "--robot-sim"
+from symdyn_cli.arguments.play import PlayArguments  # noqa: E402
 
 _TRUTH_GAP_S = 0.1
 """s without the simulator's truth after which the robot's own sensors are shown."""
@@ -46,35 +40,8 @@ _INTRODUCTION = """What LCM tells of the robot is shown; nothing is sent to it. 
 to come nearer."""
 
 
-@dataclass(frozen=True)
-class PlayArguments:
-    """A policy live in the browser: the robot in MuJoCo in real time, with buttons for gaits, mixtures of gaits, speed,
-    pushes, payload, friction and uneven ground, and what it makes of them: footfalls, velocity, timing, cost of
-    transport. Needs no screen and no graphics card here; the page is for a browser on this or another computer.
-
-    With --robot-sim instead: watch the robot that LCM tells of, simulated (symdyn robot-sim) or real. Nothing is sent.
-
-    Attributes:
-        policy: the file; the policy that comes with symdyn if left out.
-        robot: name or robot file of the robot; the policy's if left out.
-        port: of the page; 0 takes a free one.
-        host: name or address of this computer under which others reach the page. 127.0.0.1 is for this computer alone;
-            0.0.0.0 is for everybody in the network, and there is no password.
-        robot_sim: watch LCM at this URL; without a URL at LCM_DEFAULT_URL, or at LCM's own default.
-        seed: decides the stride phase of each start.
-    """
-
-    policy: Annotated[Path | None, tyro.conf.Positional] = None
-    robot: RobotOption = None
-    port: int = DEFAULT_PORT
-    host: str = DEFAULT_HOST
-    robot_sim: Annotated[str | None, tyro.conf.arg(metavar="[URL]")] = None
-    seed: int = 0
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: PlayArguments) -> int:
     """The command. Raises SymdynError for bad input; Ctrl-C is its usual end."""
-    args = tyro.cli(PlayArguments, args=_with_url(arguments), prog="symdyn play")
     console = make_console()
     log_to(console)
     show = _simulated if args.robot_sim is None else _watched
@@ -94,18 +61,6 @@ def _ended_by_sigterm() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def _with_url(arguments: Sequence[str]) -> list[str]:
-    """The arguments, and after a bare --robot-sim the URL that is meant."""
-    given = list(arguments)
-    if _ROBOT_SIM in given:
-        place = given.index(_ROBOT_SIM) + 1
-        if place == len(given) or "://" not in given[place]:
-            from hardware.wire.link import DEFAULT_URL
-
-            given.insert(place, os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL)
-    return given
 
 
 @contextmanager
@@ -131,7 +86,7 @@ def _simulated(args: PlayArguments, console: Console) -> Iterator[Page]:
 @contextmanager
 def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
     if args.policy is not None:
-        raise InvalidValue("POLICY", str(args.policy), f"left out with {_ROBOT_SIM}, which shows what runs elsewhere")
+        raise InvalidValue("POLICY", str(args.policy), "left out with --robot-sim, which shows what runs elsewhere")
     lcm_url, robot = str(args.robot_sim), get_robot(args.robot or DEFAULT_ROBOT)
     watched = Watched(
         f"{robot.name.capitalize()} on LCM",
@@ -141,7 +96,8 @@ def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
         listening = _listen(lcm_url, robot, watched)
     except ModuleNotFoundError as error:
         raise ResourceProblem(
-            f"{_ROBOT_SIM} needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[hardware]'."
+            f"--robot-sim needs {error.name!r}, which is not installed. In a checkout of symdyn: "
+            "pip install -c constraints.txt -e '.[hardware]' (docs/install.md)."
         ) from error
     with listening, serving(args.host, args.port) as server:
         page = Page(server, robot, watched, "Robot on LCM")
@@ -162,8 +118,9 @@ def _listen(lcm_url: str, robot: Robot, watched: Watched) -> AbstractContextMana
         InvalidValue, ResourceProblem: as hardware.wire.link.Link.
         ModuleNotFoundError: if the packages for the robot are not installed.
     """
-    from hardware.estimation.contact import ContactConfig, FootContact
+    from hardware.estimation.contact import FootContact
     from hardware.estimation.kinematics import LegKinematics
+    from hardware.estimation.settings import ContactConfig
     from hardware.wire.channels import IMU, JOINTS, TRUTH
     from hardware.wire.link import Link
     from hardware.wire.readings import Imu, Joints

@@ -2,90 +2,36 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import signal
 import threading
 import time
-from collections.abc import Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
 
-import tyro
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
 from hardware.robot_sim.ends import End, LcmEnd
-from hardware.robot_sim.faults import FAULTS, get_fault
+from hardware.robot_sim.faults import get_fault
 from hardware.robot_sim.knees import add_knees
-from hardware.robot_sim.rig import PlannedFault, Rig, Since
-from hardware.robot_sim.scenarios import SCENARIOS, get_scenario
+from hardware.robot_sim.rig import PlannedFault, Rig
+from hardware.robot_sim.scenarios import get_scenario
 from hardware.robot_sim.sensors import NO_NOISE, SensorNoise
 from hardware.robot_sim.session import Session
-from hardware.robot_sim.simulated_robot import SimulatedRobot, Start
+from hardware.robot_sim.settings import Start
+from hardware.robot_sim.simulated_robot import SimulatedRobot
 from hardware.robot_sim.world import TRAINING, World
-from hardware.wire.link import DEFAULT_URL, Link
+from hardware.wire.channels import DEFAULT_URL
+from hardware.wire.link import Link
 from rl.physics.model import build_spec, force_sensor
 from symdyn.errors import InvalidValue, ResourceProblem
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import LEGS
-from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
-
-
-@dataclass(frozen=True)
-class RobotSimArguments:
-    """A robot in MuJoCo behind the LCM messages of the real one's bridge, with a person at its joystick who goes
-    through a script, and with faults on demand. Start it, then in another terminal: symdyn deploy POLICY.onnx
-
-    With --dds it is behind the real robot's own wire instead: LowState, LowCmd, checksums, and a motion service that
-    must be released. Then, in two other terminals: symdyn bridge --interface lo --domain 1, and symdyn deploy.
-
-    Attributes:
-        robot: name or robot file of the robot.
-        dds: speak DDS as a Go2 does, not LCM; over LCM goes only the truth, for logs. Needs the extra bridge.
-        interface: with --dds, of the network.
-        domain: with --dds, of DDS; a real robot's is 0, unitree_mujoco's is 1.
-        motion_service: with --dds, name of the service that is active at first; "" for none.
-        url: of LCM, the same as the deployer's; if left out, LCM_DEFAULT_URL of the environment, or LCM's own default.
-        scenario: what the person does, and in which world; see above.
-        start: how the robot is found.
-        fault: what goes wrong; see above.
-        fault_at: when, s.
-        fault_since: what that counts from: the start of this command, the first targets of Stand, or those of Run.
-        fault_for: how long, s; if left out, as is usual for the fault.
-        fault_size: how much; if left out, as above.
-        noise: whether the sensors are noisy.
-        wakes_at: s after which the bridge hears of the robot; until then it publishes zeros, as the real one does.
-        realtime: ask for real-time scheduling, as symdyn deploy does: a robot has a computer of its own.
-        seed: of noise, biases, the feet's units and the fault's chance.
-        duration: s; if left out, until the script's end, or Ctrl-C.
-        out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
-    """
-
-    robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
-    dds: bool = False
-    interface: str = "lo"
-    domain: int = 1
-    motion_service: str = "normal"
-    url: str | None = None
-    scenario: str = "run"
-    start: Start = "lying"
-    fault: str | None = None
-    fault_at: float = 1.0
-    fault_since: Since = "start"
-    fault_for: float | None = None
-    fault_size: float | None = None
-    noise: bool = True
-    wakes_at: float = 0.5
-    realtime: bool = True
-    seed: int = 0
-    duration: float | None = None
-    out: Path | None = None
+from symdyn.robot.robot_file import get_robot
+from symdyn_cli.arguments.robot_sim import RobotSimArguments
 
 
 def simulated(
@@ -102,9 +48,8 @@ def simulated(
     return SimulatedRobot(model, robot, sensors, seed, start, noise, wakes_at, bridge, world)
 
 
-def run(arguments: Sequence[str]) -> int:
+def run(args: RobotSimArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(RobotSimArguments, args=list(arguments), prog="symdyn robot-sim", description=_description())
     scenario = get_scenario(args.scenario)
     duration = float("inf") if args.duration is None else args.duration
     if not duration > 0.0:
@@ -118,9 +63,8 @@ def run(arguments: Sequence[str]) -> int:
         fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
         only = get_fault(args.fault).only
         if only not in (None, "dds" if args.dds else "lcm"):
-            raise InvalidValue(
-                "--fault", args.fault, "another one: it " + ("needs --dds" if only == "dds" else "is LCM's")
-            )
+            needed = "given with --dds" if only == "dds" else "another one: with --dds there is no bridge in the robot"
+            raise InvalidValue("--fault", args.fault, needed)
     if args.out is not None:
         writable_directory(args.out.parent)
     robot = get_robot(args.robot)
@@ -145,7 +89,7 @@ def run(arguments: Sequence[str]) -> int:
     _tell(console, session)
     if args.out is not None:
         write_json(args.out, summary)
-        console.print(f"Wrote {args.out}.")
+        print_written(console, f"Wrote {args.out}.")
     return 0
 
 
@@ -158,16 +102,6 @@ def _dds_end(args: RobotSimArguments, url: str) -> End:
             f"--dds needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[bridge]'."
         ) from error
     return DdsEnd(Node(args.interface, args.domain), args.motion_service, Link(url, []))
-
-
-def _description() -> str:
-    lines = [inspect.cleandoc(RobotSimArguments.__doc__ or "").split("\n\n")[0], "", "Scenarios, --scenario:"]
-    lines += [f"  {name}: {scenario.help}" for name, scenario in SCENARIOS.items()]
-    lines += ["", "Faults, --fault (in brackets the usual --fault-size):"]
-    for name, kind in FAULTS.items():
-        size = f" ({kind.size:g} {kind.unit}".rstrip() + ")" if kind.size else ""
-        lines.append(f"  {name}: {kind.help}{size}")
-    return "\n".join(lines)
 
 
 @contextmanager

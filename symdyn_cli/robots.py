@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -19,24 +17,11 @@ from symdyn.io.settings_data import plain
 from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import urdf_path
 from symdyn.robot.robot_file import ROBOTS, get_robot
+from symdyn_cli.arguments.robots import RobotsArguments
 
 
-@dataclass(frozen=True)
-class RobotsArguments:
-    """The robots that --robot takes by name, with what their robot files say; or one robot, given by name or file.
-
-    Attributes:
-        robot: one robot, shown whole; all of them as a table if left out.
-        json: print the robot files as JSON and nothing else.
-    """
-
-    robot: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[NAME|FILE]")] = None
-    json: bool = False
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: RobotsArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(RobotsArguments, args=list(arguments), prog="symdyn robots")
     console = make_console()
     robots = [get_robot(name) for name in (ROBOTS if args.robot is None else (args.robot,))]
     if args.json:

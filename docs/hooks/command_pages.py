@@ -31,7 +31,7 @@ def pages() -> dict[str, str]:
 
 @cache
 def help_text(name: str) -> str:
-    """What ``symdyn NAME --help`` prints on a terminal of 92 columns.
+    """What ``symdyn NAME --help-all`` prints on a terminal of 92 columns.
 
     Raises:
         RuntimeError: if it fails.
@@ -41,7 +41,7 @@ def help_text(name: str) -> str:
     os.environ["COLUMNS"] = str(_COLUMNS)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            code = main([name, "--help"])
+            code = main([name, "--help-all"])
     except SystemExit as stop:  # the parser's own way out
         code = stop.code
     finally:
@@ -50,7 +50,7 @@ def help_text(name: str) -> str:
         else:
             os.environ["COLUMNS"] = before
     if code:
-        raise RuntimeError(f"symdyn {name} --help ends with {code}: {err.getvalue()}")
+        raise RuntimeError(f"symdyn {name} --help-all ends with {code}: {err.getvalue()}")
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).rstrip()
 
 
@@ -85,7 +85,7 @@ def _page(name: str, command: Command) -> str:
         "",
         "## Options",
         "",
-        f"What `symdyn {name} --help` says:",
+        f"What `symdyn {name} --help-all` prints:",
         "",
         "```text { .help }",
         help_text(name),

@@ -6,6 +6,7 @@ import command_pages
 import gait_figures
 import module_pages
 import notebook_pages
+import references
 import repository_pages
 import settings_page
 import table_pages
@@ -25,6 +26,7 @@ _SOURCES = (
     gait_figures,
     module_pages,
     notebook_pages,
+    references,
     repository_pages,
     settings_page,
     table_pages,

@@ -13,7 +13,8 @@ from uuid import UUID
 
 from hardware.bridge import checks
 from hardware.bridge.guard_process import GuardProcess
-from hardware.bridge.relay import PERIOD, Relay, State
+from hardware.bridge.relay import Relay, State
+from hardware.bridge.settings import PERIOD
 from hardware.bridge.status import BridgeStatus, Flow
 from hardware.dds.codec import BadMessage
 from hardware.dds.messages import LOW_STATE_CODEC, imu_message, joints_message

@@ -3,7 +3,7 @@
     python -m hardware.bridge.guard --interface NAME --domain N --bridge KEY --last-words FD
 
 It hears the LowCmds on the wire, so that whatever keeps the bridge from sending is seen: silence for
-:data:`hardware.bridge.relay.STALL_S` after its first LowCmd, or the end of the pipe from the bridge without a word.
+:data:`hardware.bridge.settings.STALL_S` after its first LowCmd, or the end of the pipe from the bridge without a word.
 Then it streams damping until it is told ``quit`` through the pipe, until the operator presses L1 on the remote control
 while the bridge is gone, or until it is ended by a signal.
 """
@@ -18,7 +18,7 @@ import signal
 import sys
 from uuid import UUID
 
-from hardware.bridge.relay import STALL_S
+from hardware.bridge.settings import STALL_S
 from hardware.dds.codec import BadMessage
 from hardware.dds.messages import LOW_CMD_CODEC, LOW_STATE_CODEC, damping
 from hardware.dds.node import LOW_CMD, LOW_STATE, Node, Reader, Writer

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from hardware.estimation.contact import ContactConfig
+from hardware.cli.arguments.analyze import AnalyzeArguments
 from hardware.logs import report as log_report
 from hardware.logs.contents import read_contents
 from hardware.logs.markdown import segment_rows, struck
 from symdyn.errors import InvalidValue
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory
-from symdyn.io.options import RobotOption
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _COLUMNS = {
@@ -34,32 +30,8 @@ _COLUMNS = {
 """Of the table on the terminal, by the keys of hardware.logs.metrics.KEYS."""
 
 
-@dataclass(frozen=True)
-class AnalyzeArguments:
-    """What a log shows: desired against realised contacts, estimated against commanded velocity, torque, cost of
-    transport by gait, timing, faults. Writes report.md, metrics.json and figures.
-
-    Any LCM event log will do: those of symdyn deploy --log hold commands and gaits; of lcm-logger's, recorded beside
-    another deployer, what the robot said is shown. A log that is cut short is analysed as far as it goes.
-
-    Attributes:
-        log: the file.
-        robot: name or robot file of the robot; the log's if left out.
-        out: directory of the results; the log's name under out/ if left out.
-        contact: when a foot bears load; only for logs without ticks of symdyn deploy, which say it themselves.
-        settle: seconds at the beginning of each gait and velocity that count for the settling time only; 0 counts all.
-    """
-
-    log: Annotated[Path, tyro.conf.Positional]
-    robot: RobotOption = None
-    out: Path | None = None
-    settle: float = 1.0
-    contact: ContactConfig = field(default_factory=ContactConfig)
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: AnalyzeArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(AnalyzeArguments, args=list(arguments), prog="symdyn analyze")
     if not 0.0 <= args.settle < math.inf:
         raise InvalidValue("--settle", args.settle, "a time >= 0, s")
     console = make_console()
@@ -75,8 +47,8 @@ def run(arguments: Sequence[str]) -> int:
     analysis = log_report.analyse(log, robot, args.settle, args.contact)
     written = log_report.write(analysis, out)
     _show(console, analysis.metrics)
-    console.print(f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")
-    console.print(f"  {out / next(iter(analysis.figures))}" if analysis.figures else f"  {written}")
+    print_written(console, f"Wrote {written}, {log_report.METRICS} and {len(analysis.figures)} figures. Look first at:")
+    print_written(console, f"  {out / next(iter(analysis.figures))}" if analysis.figures else f"  {written}")
     return 0
 
 

@@ -2,59 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
-
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
+from hardware.cli.arguments.calibrate_feet import CalibrateFeetArguments
+from hardware.control.controller import State
 from hardware.estimation.calibration import FootCalibration, calibrate, read_raw
 from hardware.logs.contact_figure import contact_figure
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command, print_written
 from symdyn.robot.legs import LEGS
 
 
-@dataclass(frozen=True)
-class CalibrateFeetArguments:
-    """The raw foot force above which a foot bears load, foot by foot, from a log of the robot running.
-
-    The Go2's feet have no documented unit, and no two are alike. Record ten seconds of trot on hard, level ground with
-    symdyn deploy --log, with the built-in thresholds, which need not be right for that; calibrate; deploy again.
-
-    Attributes:
-        log: event log of symdyn deploy or lcm-logger.
-        out: file of the thresholds to write (JSON).
-        figure: also draw the forces' histograms and the thresholds (PNG, PDF or SVG by its suffix).
-    """
-
-    log: Annotated[Path, tyro.conf.Positional]
-    out: Path = Path("feet.json")
-    figure: Path | None = None
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: CalibrateFeetArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(CalibrateFeetArguments, args=list(arguments), prog="symdyn calibrate-feet")
     console = make_console()
     log_to(console)
     with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
         task = progress.add_task("reading", total=None)
-        raw = read_raw(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+        raw = read_raw(
+            args.log, lambda done, total: progress.update(task, completed=done, total=total), state=State.RUN
+        )
     calibration = calibrate(raw, str(args.log))
     _show(console, calibration)
     calibration.save(args.out)
-    console.print(f"Wrote {args.out}.")
+    print_written(console, f"Wrote {args.out}.")
     if args.figure is not None:
         save(contact_figure(raw, calibration), args.figure)
-        console.print(f"Wrote {args.figure}.")
-    thresholds = " ".join(f"{threshold:.1f}" for threshold in calibration.thresholds)
-    console.print(f"Use them:\n  symdyn deploy POLICY.onnx --contact.thresholds {thresholds}")
+        print_written(console, f"Wrote {args.figure}.")
+    console.print("Use them:")
+    print_command(console, "symdyn", "deploy", "POLICY.onnx", "--feet", args.out)
     return 0
 
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from hardware.cli.arguments.replay import ReplayArguments
 from hardware.logs.replay import Replay, policy_of, replay, session_of
 from hardware.running.session import Session
 from hardware.wire.event_log import LogReader
 from symdyn.errors import FileProblem
 from symdyn.io.console import make_console
-from symdyn.io.options import RobotOption
 from symdyn.io.origin import commit
 from symdyn.robot.robot_file import chosen_robot
 
@@ -24,28 +20,8 @@ DIFFERENT = 1
 """Exit code if anything came out otherwise."""
 
 
-@dataclass(frozen=True)
-class ReplayArguments:
-    """Put a log of symdyn deploy through a fresh controller: the same messages at the same times must give the same
-    states, actions and targets, bit for bit. So a fault on the robot can be looked into at a desk, and a change of the
-    controller can be tried on what a robot once met. Exit code 1 if anything comes out otherwise.
-
-    Another processor or another onnxruntime may round the policy's actions differently in the last bits.
-
-    Attributes:
-        log: the file.
-        policy: the policy file that it was made with; where the log says that it was if left out.
-        robot: name or robot file of the robot; the policy's if left out.
-    """
-
-    log: Annotated[Path, tyro.conf.Positional]
-    policy: Annotated[Path | None, tyro.conf.Positional] = None
-    robot: RobotOption = None
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: ReplayArguments) -> int:
     """The command: 0, or 1 if anything came out otherwise. Raises SymdynError for bad input."""
-    args = tyro.cli(ReplayArguments, args=list(arguments), prog="symdyn replay")
     console = make_console()
     reader = LogReader(args.log)
     session = session_of(reader)

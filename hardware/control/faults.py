@@ -134,6 +134,12 @@ FAULTS: dict[str, FaultKind] = {
             "end the other one",
         ),
         FaultKind(
+            "second_robot",
+            "more than {rate_factor} times {message_rate:g} messages/s of joints or IMU, as the median over 0.2 s",
+            "two robots, or a robot and a simulated one, publish on the same URL",
+            "end one of them, or give each its own --url; a faster bridge: --safety.message-rate",
+        ),
+        FaultKind(
             "watchdog",
             "the watchdog has taken over, or has died",
             "the deployer hung for a while, or its guard was killed",

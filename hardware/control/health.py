@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 
 from hardware.control.faults import Fault
+from hardware.control.message_rate import MessageRate
 from hardware.control.settings import SafetyConfig
 from hardware.estimation.kinematics import JointLimits
 from hardware.wire.link import Received
@@ -39,6 +40,7 @@ class Health:
         self._strong_since: np.ndarray = np.full(len(JOINTS), math.inf)
         self._last_numbers: np.ndarray | None = None
         self._changed_at = -math.inf
+        self._rates = {"joint": MessageRate(), "IMU": MessageRate()}
 
     def state_fault(
         self, now: float, joints_at: Received | None, imu_at: Received | None, joints: Joints | None, imu: Imu | None
@@ -56,6 +58,8 @@ class Health:
             return Fault("no_joint_state", _age(now, joints_at))
         if imu_at is None or imu is None or now - imu_at.arrival > self._config.stale_s:
             return Fault("no_imu_state", _age(now, imu_at))
+        if (fault := self._two_robots(now, joints_at, imu_at)) is not None:
+            return fault
         numbers = np.concatenate([joints.pos, joints.vel, joints.torque, *imu.parts])
         if not np.isfinite(numbers).all():
             return Fault("state_not_finite", "IMU" if joints.finite() else "joints")
@@ -70,6 +74,14 @@ class Health:
             return Fault("no_joystick", _age(now, joystick_at))
         if not joystick.finite():
             return Fault("state_not_finite", "joystick")
+        return None
+
+    def _two_robots(self, now: float, joints_at: Received, imu_at: Received) -> Fault | None:
+        """Nothing in a message names its sender, but two senders double the rate."""
+        for what, newest in (("joint", joints_at), ("IMU", imu_at)):
+            rate = self._rates[what].update(now, newest)
+            if rate is not None and rate > self._config.rate_factor * self._config.message_rate:
+                return Fault("second_robot", f"{rate:.0f} {what} messages/s")
         return None
 
     def _frozen(self, now: float, joints: Joints, imu: Imu) -> Fault | None:

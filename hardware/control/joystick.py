@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from hardware.wire.readings import BUTTONS, SHOULDERS, Joystick
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.gait.library import LIBRARY, Gait
 from symdyn.gait.symmetry import classify, mirrored
-from symdyn.policy.file import Policy
+
+if TYPE_CHECKING:
+    from symdyn.policy.file import Policy
 
 MIRRORED = "_mirrored"
 """After a gait's name: its mirror image (symdyn.gait.symmetry.mirrored), which leads with the other foot."""
@@ -103,7 +105,7 @@ class JoystickConfig:
 
     def gaits(self) -> Mapping[str, Gait]:
         """The gait of each button of :data:`hardware.wire.readings.BUTTONS`."""
-        return MappingProxyType({button: self.buttons.gait(button) for button in BUTTONS})
+        return {button: self.buttons.gait(button) for button in BUTTONS}
 
     def velocity(self, joystick: Joystick) -> tuple[float, float, float]:
         """The velocity that the sticks ask for: v_x, v_y (m/s, left positive), yaw rate (rad/s, left positive)."""
@@ -135,3 +137,16 @@ def check_gaits(config: JoystickConfig, policy: Policy) -> None:
                 gait.name,
                 f"of the class of one of {', '.join(policy.gaits)}",
             )
+
+
+KEYS = {
+    "Enter": "go on: Passive to Stand, Stand to Run",
+    "space": "stop: damp",
+    "p": "end the damping: Passive",
+    "1 to 8": "gait of the buttons A B X Y up right down left",
+    "w s": "a tenth of the top speed more forward, more backward",
+    "a d": "a tenth more to the left, to the right",
+    "q e": "turn a tenth more to the left, to the right",
+    "0": "stand still",
+}
+"""What the keys do."""

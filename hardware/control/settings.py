@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from hardware.control.joystick import JoystickConfig
-from hardware.estimation.contact import ContactConfig
-from hardware.estimation.velocity import EstimatorConfig
+from hardware.estimation.settings import ContactConfig, EstimatorConfig
 from symdyn.errors import InvalidValue
 
 TICK_HZ = 200.0
@@ -21,6 +20,8 @@ class SafetyConfig:
     Attributes:
         stale_s: age of the newest joint or IMU message, s; ten messages at the bridge's 500 Hz.
         frozen_s: time without any change in the numbers, s; a real encoder's and gyroscope's last digits never rest.
+        message_rate: messages/s of the bridge on each channel of the state, 500 for a Go2.
+        rate_factor: times ``message_rate``, as the median over 0.2 s; two robots on one URL send twice as many.
         joystick_s: age of the newest joystick message, s.
         tilt: angle between the trunk's z axis and the vertical, rad; below the bridge's own 0.8, and above the 0.52 of
             the shipped policy's hardest reversals in simulation.
@@ -46,6 +47,8 @@ class SafetyConfig:
 
     stale_s: float = 0.05
     frozen_s: float = 0.1
+    message_rate: float = 500.0
+    rate_factor: float = 1.5
     joystick_s: float = 0.5
     tilt: float = 0.7
     quaternion_tolerance: float = 0.02

@@ -1,14 +1,15 @@
 """Thresholds of the feet's force sensors, found in what they showed while the robot ran.
 
 Over a run a foot is either in the air, where its sensor shows its own zero, or bears load; the raw forces form two
-heaps. Otsu's method (A Threshold Selection Method from Gray-Level Histograms, 1979) parts them. Feet that stand for a
-while, or that load slowly, put a third heap in between: so the light heap is parted again and again, and the last two
-heaps that are well apart are taken. Otsu's own threshold lies midway between their means, where a foot has borne load
-for some time. So only the medians count, and the threshold is a tenth of the way from swing's to stance's.
+clusters. Otsu's method (Otsu 1979) separates them. Feet that stand for a while, or that load slowly, add a third
+cluster in between. So the light cluster is split repeatedly, and the last two clusters that are well apart are taken.
+Otsu's own threshold lies midway between their means, which a loading foot reaches late. So only the medians are used:
+the threshold is a tenth of the way from the swing median to the stance median.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -18,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.estimation.contact import ContactConfig
-from hardware.wire.channels import IMU, WrongMessage
+from hardware.estimation.settings import ContactConfig
+from hardware.wire.channels import IMU, TICK, WrongMessage
 from hardware.wire.event_log import LogReader
 from hardware.wire.readings import Imu
 from symdyn.errors import FileProblem, SymdynError
@@ -251,7 +252,9 @@ def otsu(values: Floats) -> float:
     return float((rising[best] + rising[best + 1]) / 2.0)
 
 
-def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, total: None) -> Floats:
+def read_raw(
+    path: Path, on_progress: Callable[[int, int], None] = lambda done, total: None, state: str | None = None
+) -> Floats:
     """The raw forces in an event log, (N, 4), in the order of symdyn.robot.legs.LEGS.
 
     Messages from before the bridge has heard of the robot, and such as are damaged, are left out.
@@ -259,15 +262,24 @@ def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, 
     Args:
         path: of the log.
         on_progress: called with the bytes that were gone through, and all there are.
+        state: of the deployer, in which messages count; all do if None, or if the log has no ticks of a deployer.
 
     Raises:
-        FileProblem: if the file is no event log, or has no such message.
+        FileProblem: if the file is no event log, is two of them, has no such message, or never was in that state.
     """
     reader, found = LogReader(path), []
+    ticks, within = 0, True
     for k, event in enumerate(reader):
         if k % 1000 == 0:
             on_progress(reader.position, reader.size)
-        if event.channel != IMU:
+        reader.check_single()
+        if event.channel == TICK and state is not None:
+            if not ticks:
+                found.clear()  # from before the deployer began
+            ticks += 1
+            with contextlib.suppress(WrongMessage):
+                within = event.message().state == state
+        if event.channel != IMU or not within:
             continue
         try:
             imu = Imu.of(event.message())
@@ -275,6 +287,8 @@ def read_raw(path: Path, on_progress: Callable[[int, int], None] = lambda done, 
             continue
         if imu.finite() and imu.quat_w.any():
             found.append(imu.foot_force)
+    if not found and ticks:
+        raise FileProblem(path, f"has no message of a robot in the state {state}: the policy never ran. {_WHAT_TO_DO}")
     if not found:
         raise FileProblem(path, f"has no message of a robot on channel {IMU}.")
     return np.array(found)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -11,44 +9,9 @@ from numpy.typing import NDArray
 
 from hardware.estimation.ground_force import GroundForce
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.wire.readings import Imu, Joints
-from symdyn.errors import InvalidValue
 from symdyn.robot.legs import LEGS
-
-
-@dataclass(frozen=True)
-class ContactConfig:
-    """When a foot counts as bearing load.
-
-    Attributes:
-        source: "force": the sensors in the feet. "torque": the vertical force that the joints' torques tell of; for a
-            robot whose feet have no sensors, or bad ones. "auto": the sensors, unless all four have shown 0 from the
-            start, as without sensors (unitree_mujoco's); then the torques, until one shows something else.
-        thresholds: raw foot force above which a foot bears load, LH LF RF RH. Users of the Go2 report that 20 to 60
-            parts stance from swing; ``symdyn calibrate-feet`` measures it.
-        vertical_force: the same for "torque", N. A standing Go2 has 40 N on each foot.
-        release: share of the threshold below which a foot is off the ground again.
-        bandwidth: of the observer of "torque", rad/s. Slower, it is late; faster, swinging legs seem to push.
-    """
-
-    source: Literal["auto", "force", "torque"] = "auto"
-    thresholds: tuple[float, float, float, float] = (30.0, 30.0, 30.0, 30.0)
-    vertical_force: float = 20.0
-    release: float = 0.7
-    bandwidth: float = 150.0
-
-    def __post_init__(self) -> None:
-        if self.source not in ("auto", "force", "torque"):
-            raise InvalidValue("contact.source", self.source, "'auto', 'force' or 'torque'")
-        if len(self.thresholds) != len(LEGS):
-            raise InvalidValue("contact.thresholds", self.thresholds, f"{len(LEGS)} numbers: {', '.join(LEGS)}")
-        named = [("thresholds", value) for value in self.thresholds]
-        named += [(name, getattr(self, name)) for name in ("vertical_force", "bandwidth")]
-        for name, value in named:
-            if not 0.0 < value < math.inf:
-                raise InvalidValue(f"contact.{name}", value, "a finite number > 0")
-        if not 0.0 < self.release <= 1.0:
-            raise InvalidValue("contact.release", self.release, "in (0, 1]")
 
 
 class FootContact:

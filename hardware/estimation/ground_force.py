@@ -4,11 +4,9 @@ A leg's joints obey M q'' + C q' + g = tau + J^T f. With the momentum p = M q' a
 
     J^T f = p' - (tau + C^T q' - g),
 
-which needs no joint accelerations. A low-pass filter of first order makes p' harmless: De Luca et al., Collision
-Detection and Safe Reaction with the DLR-III Lightweight Manipulator Arm (IROS 2006); for the feet of a quadruped Bledt
-et al., Contact Model Fusion for Event-Based Locomotion in Unstructured Environments (ICRA 2018). M holds the motors'
-rotors, seen through their gears: a Go2's knee has three times the calf's inertia in its rotor, and without it swing
-looks like stance.
+which needs no joint accelerations. A first-order low-pass filter keeps p' from amplifying noise (De Luca et al. 2006;
+for the feet of a quadruped: Bledt et al. 2018b). M includes the reflected inertia of the rotors: that of a Go2's knee
+rotor is three times the calf's, and without it swing looks like stance.
 
 The trunk is taken as a frame that accelerates, but does not turn: gravity is what its accelerometer shows, reversed.
 """

@@ -9,32 +9,29 @@ velocities and the foot's centre c_i(q) in the body frame:
     v         = omega_i x r up - R (dc_i/dt + omega_b x c_i)              12, foot in stance
     f_i up    = r                                                          4, foot in stance, level ground
 
-The scheme is that of Bloesch et al., State Estimation for Legged Robots (RSS 2012), made linear by taking the attitude
-from the IMU as in Bledt et al., MIT Cheetah 3 (IROS 2018). Here each noise is the same in all horizontal directions.
-So no equation mixes coordinates, the filter falls apart into three of 6 states, and an estimate does not depend on
-where north is.
+The scheme is that of Bloesch et al. (2012), made linear by taking the attitude from the IMU as in Bledt et al. (2018a).
+Here each noise is the same in all horizontal directions. So no equation mixes coordinates, the filter falls apart into
+three of 6 states, and an estimate does not depend on where north is.
 
 Feet are trusted by degrees. A weight w in [0, 1] divides the variance of a foot's velocity and height. It rises over
-the first milliseconds of stance, in which a foot skids and presses in. And it falls when the foot contradicts the
-filter: with a Student t in place of a Gauss distribution (Agamennoni et al., Approximate Inference in State-Space
-Models With Heavy-Tailed Noise, 2012), w = (nu + 3) / (nu + d^2) at a Mahalanobis distance d of the foot's velocity. So
-a foot that slips, or whose lift-off the contact sensor has missed, does little harm; and as the filter's own
-uncertainty counts in d, it cannot shut out all feet for long. In swing w = 0: no information, and a foot that may go
-anywhere.
+the first milliseconds of stance, in which a foot skids and presses in. It falls when the foot contradicts the filter:
+with a Student t in place of a Gauss distribution (Agamennoni et al. 2012), w = (nu + 3) / (nu + d^2) at a Mahalanobis
+distance d of the foot's velocity. So a foot that slips, or whose lift-off the contact sensor has missed, does little
+harm. The filter's own uncertainty counts in d, so it cannot shut out all feet for long. In swing w = 0: no information.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hardware.estimation.kinematics import LegKinematics, rotation, skew
+from hardware.estimation.settings import EstimatorConfig
 from hardware.wire.readings import Imu, Joints
-from symdyn.errors import InvalidValue
 from symdyn.gait.timing import GRAVITY
 from symdyn.robot.legs import JOINTS, LEGS
 
@@ -70,53 +67,6 @@ _BOUNDS = np.repeat([bound for _, bound in _HIGHEST.values()], [size for size, _
 
 _QUATERNION_TOLERANCE = 0.05
 """Of the square's difference from 1; the bridge sends zeros before it has heard of the robot."""
-
-
-@dataclass(frozen=True)
-class EstimatorConfig:
-    """Noise of the velocity filter.
-
-    Attributes:
-        acceleration: density of the noise of the measured acceleration, (m/s^2)/sqrt(Hz). The sensor's own is the least
-            of it (0.1 m/s^2 at 200 Hz: 0.007). A degree of tilt lets 0.17 m/s^2 of gravity through, which in 0.8 s
-            moves the velocity as far as this noise does.
-        foot_velocity: of a foot in stance, horizontally, m/s: noise of joint velocities (0.1 rad/s at 0.3 m) and slip.
-        foot_velocity_vertical: the same vertically, m/s: rubber and floor give way.
-        foot_position: of a foot relative to the trunk, m: encoders (2 mrad at 0.3 m), play, links that bend.
-        foot_height: of the ground under a foot in stance, m.
-        persistence: how long an error of the last four lasts, s. More than one sample in that time tells nothing new,
-            so that the result does not depend on the rate.
-        slip: random walk of a foot in stance, m/sqrt(s).
-        swing: random walk of a foot that is not trusted, m/sqrt(s): it crosses 0.3 m in a swing.
-        tail: degrees of freedom nu of the Student t distribution: the smaller, the more outliers are expected.
-        trust_rise: time from touchdown until a foot is fully trusted, s.
-        longest_flight: s; with no foot down for longer the robot lies or is held, and its velocity is taken to be zero
-            within ``held_velocity``. The acceleration's error would else add up.
-        held_velocity: m/s.
-        longest_gap: s; after a longer one without good input the filter begins anew.
-        initial_velocity: uncertainty of each component at the start, m/s.
-    """
-
-    acceleration: float = 0.15
-    foot_velocity: float = 0.1
-    foot_velocity_vertical: float = 0.3
-    foot_position: float = 0.002
-    foot_height: float = 0.02
-    persistence: float = 0.005
-    slip: float = 0.02
-    swing: float = 5.0
-    tail: float = 2.0
-    trust_rise: float = 0.03
-    longest_flight: float = 0.5
-    held_velocity: float = 0.1
-    longest_gap: float = 0.1
-    initial_velocity: float = 0.5
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0.0 < value < math.inf:
-                raise InvalidValue(f"estimator.{field.name}", value, "a finite number > 0")
 
 
 @dataclass(frozen=True, eq=False)

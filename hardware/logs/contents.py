@@ -192,6 +192,7 @@ def read_contents(path: Path, on_progress: Progress = lambda done, total: None) 
     spoilt: dict[str, str] = {}
     for event in _counted(reader, on_progress, 0):
         arrivals.setdefault(event.channel, []).append(event.time)
+        reader.check_single()
         if event.channel in own and (message := _message(event, spoilt)) is not None:
             own[event.channel].append((event.time, message))
     problems = reader.problems

@@ -31,8 +31,8 @@ _ESTIMATOR = {
 }
 
 _PAPER = (
-    "The paper's robot (section IV, 0.8 m/s, 5 s a gait) came to the commanded velocity within 1 s; in bound and "
-    "half-bound its contacts were about 0.1 s off."
+    "The paper's robot (section IV, 0.8 m/s, 5 s per gait) reached the commanded velocity within 1 s; its contacts in "
+    "bound and half-bound were off by about 0.1 s."
 )
 
 
@@ -43,7 +43,7 @@ def markdown(metrics: Mapping[str, Any], captions: Mapping[str, str]) -> list[st
         metrics: of hardware.logs.report.Analysis.
         captions: of the figures, by file name.
     """
-    policy = "It does not say which policy ran." if metrics["policy"] is None else f"Policy `{metrics['policy']}`."
+    policy = "The log does not name the policy." if metrics["policy"] is None else f"Policy `{metrics['policy']}`."
     lines = [
         f"# Log {metrics['log']}",
         "",
@@ -55,11 +55,11 @@ def markdown(metrics: Mapping[str, Any], captions: Mapping[str, str]) -> list[st
     lines += _fault_lines(metrics)
     lines += _segment_lines(metrics)
     if metrics["observed"] is not None:
-        lines += ["", "## What the robot did", "", *_observed_lines(metrics["observed"])]
+        lines += ["", "## Motion of the robot", "", *_observed_lines(metrics["observed"])]
     if metrics["timing"] is not None:
         lines += ["", "## Timing", "", *_timing_lines(metrics["timing"])]
     if metrics["timeline"]:
-        lines += ["", "## What happened when", "", *_timeline_table(metrics["timeline"])]
+        lines += ["", "## Timeline", "", *_timeline_table(metrics["timeline"])]
     lines += ["", "## Messages", "", *_arrivals_table(metrics["arrivals"])]
     lines += ["", "## Figures"]
     for name, caption in captions.items():
@@ -111,11 +111,14 @@ def _segment_lines(metrics: Mapping[str, Any]) -> list[str]:
         "",
         "## Gaits",
         "",
-        f"A row a commanded gait and velocity. The first {metrics['settle_s']:g} s of each are left out, but for the "
-        "settling time; a dash stands where less than "
+        f"One row per commanded gait and velocity. The first {metrics['settle_s']:g} s of each count only for the "
+        "settling time. A dash means that less than "
         f"{log_metrics.LEAST_S:g} s remain. Every key is explained in `metrics.json` under `keys`. {_PAPER}",
     ]
-    views = {"robot": "By contacts and velocity as the robot took them to be:", "truth": "By the truth:"}
+    views = {
+        "robot": "Contacts and velocity as estimated on the robot:",
+        "truth": "True contacts and velocity of the simulated robot:",
+    }
     for view, text in views.items():
         if view == "robot" or any(segment["truth"] for segment in metrics["segments"]):
             lines += ["", text, "", *table(head, segment_rows(metrics, view, _COLUMNS))]

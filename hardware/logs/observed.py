@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from hardware.control.settings import TICK_HZ
-from hardware.estimation.contact import ContactConfig, FootContact
+from hardware.estimation.contact import FootContact
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.estimation.velocity import VelocityEstimator
 from hardware.logs.contents import Bools, Floats, LogContents
 from hardware.wire.channels import IMU, JOINTS

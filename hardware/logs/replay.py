@@ -182,6 +182,7 @@ def _moments(reader: LogReader, session: Session, found: Replay) -> Iterator[_Mo
     sent: dict[int, bytes] = {}
     waiting: deque[tuple[LoggedEvent, controller_tick_lcmt]] = deque()
     for event in reader:
+        reader.check_single()
         if reader.skipped:
             found.problems.append("Where the log is damaged, messages are missing. What follows is not compared.")
             return

@@ -11,8 +11,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from hardware.control.controller import State
-from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import JointLimits, LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.logs import figures as log_figures
 from hardware.logs import metrics as log_metrics
 from hardware.logs import observed as log_observed
@@ -104,22 +104,22 @@ def _missing(log: LogContents, found: Sequence[Run]) -> list[str]:
     """What the log lacks, a sentence each."""
     if log.ticks is None:
         return [
-            f"There are no messages on {TICK}, which symdyn deploy writes: commands and gaits are not known, so that "
-            "contacts and velocity, found from what the robot said, have nothing to be compared with."
+            f"The log has no messages on {TICK}, which symdyn deploy writes. Commands and gaits are "
+            "unknown, so contacts and velocity are shown without them."
         ]
     told = []
     running = sum(1 for state in log.ticks.state if state == State.RUN)
     shown = sum(len(run.gaits) - run.filled for run in found)
     if not running:
-        told.append("The policy never ran.")
+        told.append("The policy never ran: there is no gait to judge. Press R1 twice to get from Passive to Run.")
     if (silent := log.duration - float(log.ticks.time[-1])) > 5 * LONGEST_HOLD_S:
         told.append(f"The deployer's last tick is {silent:.1f} s before the end of the log.")
     if filled := sum(run.filled for run in found):
-        told.append(f"{filled} ticks were lost; the samples before them stand for them.")
+        told.append(f"{filled} ticks were lost; the samples before them are repeated.")
     if shown < running:
-        told.append(f"{running - shown} ticks of Run name messages that are not in the log, and are left out.")
+        told.append(f"{running - shown} ticks of Run refer to messages that are not in the log and are left out.")
     if len(found) > 1:
-        told.append(f"The policy ran in {len(found)} stretches, which are judged apart.")
+        told.append(f"The policy ran {len(found)} times; each time is judged separately.")
     return told
 
 
@@ -131,7 +131,7 @@ def _figures(
     drawn: dict[str, tuple[Figure | None, str]] = {
         "contacts.png": (
             log_figures.contacts(segments, f"Contacts: {title}"),
-            f"Desired stance (hollow), contact as the robot sensed it (solid){', truth (black)' if true else ''}. The "
+            f"Commanded stance (hollow), contact sensed by the robot (solid){', truth (black)' if true else ''}. The "
             f"last {log_figures.SHOWN_S:g} s of the fastest steady segment of each gait.",
         ),
         "velocity.png": (
@@ -148,12 +148,12 @@ def _observed_figures(log: LogContents, observed: Observed) -> dict[str, tuple[F
     return {
         "contacts.png": (
             log_figures.observed_contacts(observed, log.truth, f"Contacts: {log.path.name}"),
-            f"Contact as the feet's force sensors tell by the threshold{true}, the last {log_figures.SHOWN_S:g} s in "
-            "which the robot moved.",
+            f"Contact by the threshold of the force sensors{true}, in the last {log_figures.SHOWN_S:g} s in which the "
+            "robot moved.",
         ),
         "velocity.png": (
             log_figures.observed_velocity(observed, log.truth, f"Velocity: {log.path.name}"),
-            f"Velocity as symdyn's estimator finds it from what the robot said{true}.",
+            f"Velocity estimated by symdyn from the robot's messages{true}.",
         ),
     }
 
@@ -167,7 +167,7 @@ def _other_figures(
     if joints:
         drawn["torques.png"] = (
             log_figures.torques(time, joints, log.ticks, JointLimits.of(robot), f"Torque: {title}"),
-            "Torque of every joint as the motors estimate it, all states.",
+            "Torque of every joint, estimated by the motors, in Run: median and quantiles over the phase of the leg.",
         )
     moving = {
         gait: {speed: values for speed, values in of.items() if abs(float(speed)) >= _SLOWEST}
@@ -182,7 +182,7 @@ def _other_figures(
     if log.ticks is not None:
         drawn["timing.png"] = (
             log_figures.timing(log.ticks, metrics["timing"], f"Timing: {title}"),
-            "A dot a tick; the numbers are over Stand and Run.",
+            "One dot per tick; the numbers cover Stand and Run.",
         )
     return drawn
 

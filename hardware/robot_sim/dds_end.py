@@ -19,8 +19,10 @@ from hardware.robot_sim.ends import Take
 from hardware.wire import clock
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, decode
 from hardware.wire.link import Link
+from symdyn.errors import ResourceProblem
 
 _POLL_S = 0.02
+_DISCOVERY_S = 0.5
 _KEPT = 16
 _NO_REMOTE = bytes(REMOTE_BYTES)
 _log = logging.getLogger(__name__)
@@ -57,7 +59,14 @@ class DdsEnd:
         self.refused = self.unheard = 0
 
     def start(self, take: Take, damaged: Callable[[bytes], bytes]) -> None:
-        """Begin to receive."""
+        """Begin to receive. Raises ResourceProblem if another robot speaks on the domain."""
+        time.sleep(_DISCOVERY_S)
+        for one in self._node.publishers(LOW_STATE):
+            if one.key not in self._node.own_writers:
+                raise ResourceProblem(
+                    f"Another robot already speaks on DDS domain {self._node.domain}: {one.where}. End it, or name "
+                    "another --domain."
+                )
         self._take, self._damaged = take, damaged
         self._thread.start()
 

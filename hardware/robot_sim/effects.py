@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS
 from hardware.wire.messages import pd_tau_targets_lcmt, rc_command_lcmt
 from hardware.wire.readings import BUTTONS, SHOULDERS, Targets
 from hardware.wire.sdk_order import SDK_JOINTS, unitree_joint_name
 from symdyn.robot.legs import JOINTS as JOINT_NAMES
+
+if TYPE_CHECKING:
+    from hardware.robot_sim.simulated_robot import SimulatedRobot
 
 FOREIGN_SENDER = 5
 """``robot_id`` of the targets that the second deployer, or the second writer of LowCmd, sends."""

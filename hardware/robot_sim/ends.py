@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from hardware.wire.channels import TARGETS, decode
+from hardware.wire.channels import IMU, JOINTS, TARGETS, decode
 from hardware.wire.link import Link
 from hardware.wire.messages import pd_tau_targets_lcmt
+from symdyn.errors import ResourceProblem
 
 Take = Callable[[float, pd_tau_targets_lcmt], None]
 """Called with the time of arrival, s of hardware.wire.clock, and targets, in a thread of the end's own."""
+
+
+LISTEN_S = 0.3
+"""s that no other robot may be heard before the first message; a bridge sends 500 a second."""
 
 
 class End(Protocol):
@@ -27,7 +33,11 @@ class End(Protocol):
         ...
 
     def start(self, take: Take, damaged: Callable[[bytes], bytes]) -> None:
-        """Begin to receive. ``damaged`` says what goes over DDS instead of a LowState."""
+        """Begin to receive. ``damaged`` says what goes over DDS instead of a LowState.
+
+        Raises:
+            ResourceProblem: if another robot speaks there.
+        """
         ...
 
     def publish(self, messages: Sequence[tuple[str, bytes]]) -> None:
@@ -65,7 +75,8 @@ class LcmEnd:
         return self._link.refused[TARGETS]
 
     def start(self, take: Take, damaged: Callable[[bytes], bytes]) -> None:
-        """Begin to receive."""
+        """Begin to receive. Raises ResourceProblem if another robot publishes on the URL."""
+        self._check_nobody_publishes()
         self._take = take
         self._link.start()
 
@@ -77,6 +88,17 @@ class LcmEnd:
     def close(self) -> None:
         """Receive no more."""
         self._link.close()
+
+    def _check_nobody_publishes(self) -> None:
+        """Two robots on one wire look to a deployer like one whose joints jump. LCM does not say who sends."""
+        heard = Link(self._link.url, (JOINTS, IMU))
+        heard.start()
+        time.sleep(LISTEN_S)
+        heard.close()
+        if busy := [channel for channel in (JOINTS, IMU) if heard.latest(channel) is not None]:
+            raise ResourceProblem(
+                f"Another robot already publishes {', '.join(busy)} at {self._link.url}. End it, or name another --url."
+            )
 
     def _receive(self, channel: str, data: bytes, arrival: float, number: int) -> None:
         if self._take is not None:

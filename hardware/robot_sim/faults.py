@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from hardware.robot_sim import effects
-from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
+from hardware.robot_sim.settings import PERIOD
 from symdyn.errors import UnknownName
+
+if TYPE_CHECKING:
+    from hardware.robot_sim.simulated_robot import SimulatedRobot
 
 Protocol = Literal["lcm", "dds"]
 """Of the walk-these-ways-go2 bridge, or the robot's own."""

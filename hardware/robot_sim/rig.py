@@ -5,13 +5,14 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from hardware.robot_sim.effects import Effect
 from hardware.robot_sim.faults import get_fault
 from hardware.robot_sim.joystick_operator import JoystickOperator, Seen
 from hardware.robot_sim.scenarios import Scenario
-from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
+from hardware.robot_sim.settings import PERIOD, Since
+from hardware.robot_sim.simulated_robot import SimulatedRobot
 from hardware.robot_sim.target_monitor import TargetMonitor
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TRUTH
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt
@@ -25,8 +26,6 @@ TRUTH_EVERY = 5
 
 FALLEN_HEIGHT, FALLEN_TILT = 0.18, 0.8
 """m and rad; a robot told to run that is lower or more tilted has fallen (as in training: rl.task.termination)."""
-
-Since = Literal["start", "stand", "run"]
 
 
 @dataclass(frozen=True)
@@ -90,17 +89,28 @@ class Rig:
         self.damping_after_fault: float | None = None
         self.max_tilt = 0.0
         self.fell_at: float | None = None
-        self._plan = fault
+        self._plan: PlannedFault | None = None
         self._effect: Effect | None = None
-        if fault is not None:
-            kind = get_fault(fault.name)
-            self._effect = kind.effect(kind.size if fault.size is None else fault.size, robot, seed)
-            self._lasts = kind.lasts if fault.lasts is None else fault.lasts
+        self._begins_at: float | None = None
+        self._lasts = self._ends_at = math.inf
         self._active = self._over = False
-        self._begins_at: float | None = fault.at if fault is not None and fault.since == "start" else None
-        self._ends_at = math.inf
         self._ticks = 0
         self._doing = ""
+        if fault is not None:
+            self.plan(fault, seed)
+
+    def plan(self, fault: PlannedFault, seed: int = 0) -> None:
+        """Let something go wrong; to be called once, before what the fault counts from.
+
+        Args:
+            fault: what goes wrong.
+            seed: of what is random in it.
+        """
+        kind = get_fault(fault.name)
+        self._plan = fault
+        self._effect = kind.effect(kind.size if fault.size is None else fault.size, self.robot, seed)
+        self._lasts = kind.lasts if fault.lasts is None else fault.lasts
+        self._begins_at = fault.at if fault.since == "start" else None
 
     def receive(self, now: float, message: pd_tau_targets_lcmt) -> None:
         """Targets have come, at ``now`` s of the caller's clock."""
@@ -109,7 +119,7 @@ class Rig:
         mode = self.monitor.mode
         if mode != before:
             _log.info("%7.2f s: the robot is told to be %s", self.robot.time, mode)
-            self._plan_fault(mode)
+            self._time_fault(mode)
         began = self.fault_began
         if mode == "damping" and began is not None and now >= began and self.damping_after_fault is None:
             self.damping_after_fault = now
@@ -156,7 +166,7 @@ class Rig:
             self.fell_at = self.robot.time
             _log.info("%7.2f s: the robot has fallen", self.robot.time)
 
-    def _plan_fault(self, mode: str) -> None:
+    def _time_fault(self, mode: str) -> None:
         plan = self._plan
         if plan is not None and self._begins_at is None and mode == {"stand": "standing", "run": "running"}[plan.since]:
             self._begins_at = self.robot.time + plan.at

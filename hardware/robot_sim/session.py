@@ -10,7 +10,7 @@ from typing import Any
 
 from hardware.robot_sim.ends import End
 from hardware.robot_sim.rig import Rig
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.running import realtime
 from hardware.wire.messages import pd_tau_targets_lcmt
 from symdyn.errors import ResourceProblem
@@ -85,7 +85,7 @@ class Session:
             real_time: whether to ask for real-time scheduling of this process.
 
         Raises:
-            ResourceProblem: if the thread that receives has died.
+            ResourceProblem: if another robot speaks there, or the thread that receives has died.
         """
         self._end.start(self._take, self.rig.damaged)
         if real_time:

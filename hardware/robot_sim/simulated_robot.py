@@ -8,13 +8,13 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from typing import Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
+from hardware.robot_sim.settings import PERIOD, Start
 from hardware.robot_sim.world import TRAINING, World
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
 from hardware.wire.readings import Joints
@@ -23,10 +23,7 @@ from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 
 Floats = NDArray[np.float64]
-Start = Literal["lying", "standing", "hung"]
 
-PERIOD = 0.002
-"""s between two messages of the bridge, and between two steps of the physics."""
 
 BRIDGE_KP, BRIDGE_KD = 20.0, 0.5
 """Gains with which the bridge, from its start to the first targets, holds the pose that it finds

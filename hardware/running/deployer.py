@@ -20,6 +20,7 @@ from hardware.control.faults import Fault
 from hardware.control.settings import TICK_HZ, Settings
 from hardware.running import realtime
 from hardware.running.deadline_loop import DeadlineLoop
+from hardware.running.leaving import leaving_at_once
 from hardware.running.session import Session, sha256
 from hardware.running.signals import signals_to
 from hardware.running.status import Status, Timing
@@ -127,11 +128,12 @@ class Deployer:
                 self._prepare()
                 self._ticks()
         finally:
-            if self._guard is not None:
-                self._guard.quit()
-            self.link.close()
-            if self._writer is not None:
-                self._writer.close()
+            with leaving_at_once():
+                if self._guard is not None:
+                    self._guard.quit()
+                self.link.close()
+                if self._writer is not None:
+                    self._writer.close()
             gc.enable()
         return int(any(fault.name not in ("stop_requested", "emergency_stop") for fault in self.faults))
 

@@ -9,6 +9,7 @@ It draws what comes through the pipe: whenever there is one a status, which rich
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 import logging.handlers
 import queue
@@ -23,9 +24,11 @@ from rich.console import ConsoleRenderable, RichCast
 from rich.live import Live
 
 from symdyn.io.console import log_to, make_console
+from symdyn.io.plain_characters import use_plain_characters
 
 _PERIOD = 0.2
 _PATIENCE_S = 2.0
+_ENDED = "symdyn: the display has ended; control goes on. Messages appear below; Ctrl-C damps the robot.\n"
 
 
 class Display:
@@ -73,8 +76,11 @@ class Display:
             self._process.kill()
 
     def _run(self) -> None:
-        while not self._stop.wait(_PERIOD) and self.send(self._status()):
-            pass
+        while not self._stop.wait(_PERIOD):
+            if not self.send(self._status()):
+                with contextlib.suppress(OSError, ValueError):
+                    sys.stderr.write(_ENDED)
+                return
 
 
 class DisplayHandler(logging.Handler):
@@ -106,6 +112,7 @@ def main(arguments: list[str] | None = None) -> int:
     """The process. Returns 0."""
     parser = argparse.ArgumentParser(description="Draws a status. Started by symdyn deploy and symdyn bridge.")
     parser.add_argument("--pipe", required=True, type=int, help="file descriptor of the pipe from there")
+    use_plain_characters()
     pipe = Connection(parser.parse_args(arguments).pipe, writable=False)
     console = make_console()
     log_to(console)

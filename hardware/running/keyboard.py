@@ -18,18 +18,6 @@ from hardware.wire.messages import rc_command_lcmt
 from hardware.wire.readings import BUTTONS, SHOULDERS
 from symdyn.errors import ResourceProblem
 
-KEYS = {
-    "Enter": "go on: Passive to Stand, Stand to Run",
-    "space": "stop: damp",
-    "p": "end the damping: Passive",
-    "1 to 8": "gait of the buttons A B X Y up right down left",
-    "w s": "a tenth of the top speed more forward, more backward",
-    "a d": "a tenth more to the left, to the right",
-    "q e": "turn a tenth more to the left, to the right",
-    "0": "stand still",
-}
-"""What the keys do."""
-
 _PERIOD = 0.02
 _HELD_S = 0.2
 _STEP = 0.1

@@ -118,3 +118,7 @@ def _finite(value: Any) -> bool:
         return math.isfinite(value)
     except (TypeError, OverflowError):
         return True  # no number, or too large a one: the encoder refuses it
+
+
+DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
+"""LCM's own default: this host only. For a bridge on another computer: ttl=1."""

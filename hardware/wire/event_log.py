@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import mmap
 import os
+import shlex
 import stat
 import struct
 import threading
@@ -192,6 +193,7 @@ class LogReader:
         position: bytes that were gone through; grows.
         skipped: bytes in the midst of the log that are no event; grows.
         cut_off: bytes at the end of the log that are the beginning of an event; grows.
+        joined_at: where another log begins in the same file, bytes, if event numbers began anew; else None.
 
     Raises:
         FileProblem: if the file is missing, cannot be read, is no LCM event log or has no whole event.
@@ -241,6 +243,23 @@ class LogReader:
     def _reset(self) -> None:
         self.counts: Counter[str] = Counter()
         self.position = self.skipped = self.cut_off = 0
+        self.joined_at: int | None = None
+        self._last_number = -1
+
+    def check_single(self) -> None:
+        """Check that what was read so far is one log.
+
+        Raises:
+            FileProblem: if it is two, one behind the other: their messages are counted separately, so no number in the
+                second says which message it means. It says how to part them.
+        """
+        if self.joined_at is not None:
+            file, place = shlex.quote(str(self.path)), self.joined_at
+            raise FileProblem(
+                self.path,
+                f"holds two logs, the second from byte {place} on. Separate them: "
+                f"head -c {place} {file} > first.lcmlog; tail -c +{place + 1} {file} > second.lcmlog",
+            )
 
     def _raw(self) -> Iterator[tuple[int, str, bytes]]:
         """Time (us since 1970), channel and data of every whole event."""
@@ -256,7 +275,10 @@ class LogReader:
                 self.skipped += following - self.position
                 self.position = following
                 continue
-            _, _, time_us, name_size, _ = _HEAD.unpack_from(self._bytes, self.position)
+            _, number, time_us, name_size, _ = _HEAD.unpack_from(self._bytes, self.position)
+            if number <= self._last_number and self.joined_at is None:
+                self.joined_at = self.position
+            self._last_number = number
             name = self.position + _HEAD.size
             self.position = end
             channel = self._bytes[name : name + name_size].decode(errors="replace")

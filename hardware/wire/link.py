@@ -16,11 +16,8 @@ from urllib.parse import parse_qs, urlsplit
 import lcm
 
 from hardware.wire import clock
-from hardware.wire.channels import MESSAGES, SELF_TEST, WrongMessage, decode, encode
+from hardware.wire.channels import DEFAULT_URL, MESSAGES, SELF_TEST, WrongMessage, decode, encode
 from symdyn.errors import InvalidValue, ResourceProblem
-
-DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""LCM's own default: this host only. For a bridge on another computer: ttl=1."""
 
 _POLL_MS = 20
 _QUEUE = 500

@@ -6,43 +6,23 @@ from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
-from collections.abc import Sequence  # noqa: E402
-from dataclasses import dataclass  # noqa: E402
-from pathlib import Path  # noqa: E402
 
-import tyro  # noqa: E402
-
+from rl.cli.arguments.demo import DemoArguments  # noqa: E402
 from rl.cli.evaluate import judge  # noqa: E402
 from rl.judging.protocols import suite  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
-from symdyn.io.options import RobotOption  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command, print_written  # noqa: E402
 
 
-@dataclass(frozen=True)
-class DemoArguments:
-    """Judge the policy that comes with symdyn: one network, six gaits, both directions. Nothing is trained. Writes
-    report.md with figures (desired and realised footfalls, velocity tracking, cost of transport) in about a minute.
-
-    Attributes:
-        robot: name or robot file of the robot whose policy is judged; the default robot's if left out.
-        out: directory of the report.
-    """
-
-    robot: RobotOption = None
-    out: Path = Path("out/demo")
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: DemoArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(DemoArguments, args=list(arguments), prog="symdyn demo")
     console = make_console()
     log_to(console)
     path, policy = load_policy(None, args.robot)
     console.print(f"Running {path.name} through six gaits, four speeds and the paper's two sequences.")
     written = judge(policy, path, suite("quick"), args.out, console)
-    console.print(f"Wrote {written}; open it. Next:")
-    console.print("  symdyn record --out out/demo/film.mp4   # see it run")
-    console.print("  symdyn experiment all                  # every experiment of the paper, half an hour")
-    console.print("  symdyn train                           # your own policy")
+    print_written(console, f"Wrote {written}; open it. Next:")
+    print_command(console, "symdyn", "record", "--out", args.out / "film.mp4", comment="a film of it")
+    print_command(console, "symdyn", "experiment", "all", comment="every experiment of the paper")
+    print_command(console, "symdyn", "train", comment="train your own policy")
     return 0

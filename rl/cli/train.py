@@ -6,58 +6,34 @@ from rl.physics.threads import wait_passively
 
 wait_passively()  # before torch
 
-import argparse  # noqa: E402
 import contextlib  # noqa: E402
-import math  # noqa: E402
-from collections.abc import Sequence  # noqa: E402
-from dataclasses import dataclass, field, replace  # noqa: E402
+import shlex  # noqa: E402
 from pathlib import Path  # noqa: E402
-from typing import Annotated, Any  # noqa: E402
+from typing import Any  # noqa: E402
 
 import torch  # noqa: E402
-import tyro  # noqa: E402
 from rich.console import Console  # noqa: E402
+from rich.progress import Progress  # noqa: E402
 
+from rl.cli.arguments.train import TrainArguments  # noqa: E402
+from rl.judging.selection import select  # noqa: E402
 from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
-from rl.learning.config import TrainConfig, preset  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
-from symdyn.errors import InvalidValue  # noqa: E402
-from symdyn.io.console import log_to, make_console  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command  # noqa: E402
 from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
 from symdyn.io.origin import commit  # noqa: E402
-from symdyn.io.settings_data import differences  # noqa: E402
 
 
-@dataclass(frozen=True)
-class TrainArguments:
-    """Train one policy for every gait with PPO. Presets: cpu (the default: what learns fastest on two cores); then,
-    each started from a run of the one before, polish (sudden reversals, less effort), sharpen (exact timing), harden
-    (late commands, loads, pushes); paper (section III-E of the paper); smoke (seconds, to see that it runs). --preset
-    sets the defaults shown below; every one of them is a flag. Ctrl-C saves and says how to go on.
-
-    Attributes:
-        out: directory of the new run; runs/DATE-TIME-PRESET if left out.
-        resume: directory of a run to go on with, exactly as if it had not been interrupted. Its settings are kept; only
-            --iterations, the total, may be given anew.
-        start_from: directory of a run whose networks and optimiser this new run begins with. All else is new, and every
-            setting but those of the networks may differ; how many samples lie behind them is kept in RUN/origin.json.
-        start_std: standard deviation of the action noise to start with instead of that run's.
-        config: settings.
-    """
-
-    out: Path | None = None
-    resume: Path | None = None
-    start_from: Path | None = None
-    start_std: float | None = None
-    config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: TrainArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = parse(arguments)
     console = make_console(lasting=True)
     log_to(console)
+    if args.write_settings is not None:
+        config_file.save(args.config, args.write_settings)
+        console.print(f"Wrote {args.write_settings}. To train with it:", soft_wrap=True)
+        print_command(console, "symdyn", "train", "--settings", args.write_settings)
+        return 0
     if args.resume is not None:
         return _train(args.resume, args, console)
     if args.out is not None:
@@ -70,38 +46,6 @@ def run(arguments: Sequence[str]) -> int:
         with contextlib.suppress(OSError):
             reserved.rmdir()  # if it is still empty, the settings were refused
             reserved.parent.rmdir()
-
-
-def parse(arguments: Sequence[str]) -> TrainArguments:
-    """The arguments, with the defaults of the preset or of the run that is resumed.
-
-    Raises:
-        SymdynError: for a bad value, an unknown preset, a directory that is no run, or a resumed run's setting changed.
-    """
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--preset", default="cpu")
-    first.add_argument("--resume", type=Path)
-    known, _ = first.parse_known_args(list(arguments))
-    if known.resume is None:
-        default = preset(known.preset)
-    else:
-        default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
-    args = tyro.cli(TrainArguments, args=list(arguments), default=TrainArguments(config=default), prog="symdyn train")
-    if args.start_std is not None:
-        if args.start_from is None:
-            raise InvalidValue("--start-std", args.start_std, "left out without --start-from")
-        if not 0.0 < args.start_std < math.inf:
-            raise InvalidValue("--start-std", args.start_std, "a number > 0")
-    if args.resume is not None:
-        changed = differences(replace(args.config, iterations=default.iterations), default)
-        if changed:
-            raise InvalidValue(
-                "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
-            )
-        for flag, value in (("--out", args.out), ("--start-from", args.start_from)):
-            if value is not None:
-                raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")
-    return args
 
 
 def _train(directory: Path, args: TrainArguments, console: Console) -> int:
@@ -125,23 +69,44 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
 
 def _run(trainer: Trainer, console: Console) -> int:
     config, directory = trainer.config, trainer.run
-    samples = config.iterations * trainer.samples_per_iteration
+    samples = config.total_iterations * config.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}, {trainer.robot.name}): {config.num_envs} robots, "
-        f"{config.iterations} updates, "
+        f"{config.total_iterations} updates, "
         f"{samples / 1e6:.3g} million samples. Curves: tensorboard --logdir {directory}"
     )
-    with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
+    with TrainingDisplay(console, config) as display:
         done = trainer.train(display.update)
     if not done:
         console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
-        console.print(f"  symdyn train --resume {directory}")
+        print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
-    console.print(f"Done after {trainer.iteration} updates. Next:")
-    console.print(f"  symdyn export {directory}")
-    robot = run_dir.robot_flag(config.robot)
-    console.print(f"  symdyn evaluate {directory / run_dir.POLICY} --suite quick{robot}", soft_wrap=True)
+    console.print(f"Done after {trainer.iteration} updates.")
+    if config.candidates:
+        console.print(_select(trainer, console), soft_wrap=True)
+    console.print("Next:")
+    if not config.candidates:
+        print_command(console, "symdyn", "export", directory)
+    robot = shlex.split(run_dir.robot_flag(config.robot))
+    print_command(console, "symdyn", "evaluate", directory / run_dir.POLICY, "--suite", "quick", *robot)
+    print_command(console, "symdyn", "play", directory / run_dir.POLICY, *robot)
     return 0
+
+
+def _select(trainer: Trainer, console: Console) -> str:
+    with Progress(console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("comparing late checkpoints", total=None)
+        best = select(
+            trainer.run,
+            trainer.robot,
+            trainer.config.candidates,
+            lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    v = best.validation
+    return (
+        f"Wrote {trainer.run / run_dir.POLICY} from {best.name} (in validation: GC stance {v.gc_stance:.3f}, identity "
+        f"{v.identity:.2f}, speed error {v.speed_error:.2f} m/s, {v.fell:.0%} of the runs fell)."
+    )
 
 
 def start(trainer: Trainer, started_from: dict[str, Any] | None = None) -> None:

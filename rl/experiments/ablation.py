@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS
 from symdyn.policy.file import Policy
@@ -54,10 +56,10 @@ def policies(folder: Path) -> dict[str, dict[int, Path]]:
     return found
 
 
-def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
+def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS, seconds: float = SECONDS) -> Result:
     """Every policy of the ablation in every gait at every speed."""
     files = policies(subject.runs)
-    scripts = protocols.constant_scripts(PAPER_GAITS, speeds, subject.seeds[:PHASES], SECONDS)
+    scripts = protocols.constant_scripts(PAPER_GAITS, speeds, subject.seeds[:PHASES], seconds)
     share = sum(len(group) for group in scripts.values())
     total = share * sum(len(by_seed) for by_seed in files.values())
     curves: dict[str, dict[str, list[list[float]]]] = {key: {v: [] for v in VARIANTS} for key in _KEYS}
@@ -96,8 +98,8 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
     return Result(
         name="ablation",
         title="What are the symmetries worth?",
-        protocol=f"Policies {', '.join(samples)}: each gait at each speed for {SECONDS:g} s from a stand, "
-        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {summaries.SETTLE_S:g} s "
+        protocol=f"Policies {', '.join(samples)}: each gait at each speed for {seconds:g} s from a stand, "
+        f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {SETTLE_S:g} s "
         "left out, means over gaits; "
         "a policy is judged by the clock that it was trained with.",
         metrics={"speeds": list(speeds), "samples": samples, "curves": spread},

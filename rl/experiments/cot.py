@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (-2.0, -1.5, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.5, 2.0)
@@ -43,7 +45,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
     return Result(
         name="cot",
         title="What does running cost?",
-        protocol=f"Each gait at each speed for {SECONDS:g} s from a stand, the first {summaries.SETTLE_S:g} s left "
+        protocol=f"Each gait at each speed for {SECONDS:g} s from a stand, the first {SETTLE_S:g} s left "
         "out. Positive mechanical work of the joints per weight and distance.",
         metrics={"constant": table},
         targets=tuple(targets),

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import GAIT_SEQUENCE, GAIT_SPEED, SETTLE_S
+from rl.judging.target import Target
 from symdyn.figures.plots import footfall_diagram
 from symdyn.gait.library import PAPER_GAITS
 
@@ -32,7 +34,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
 
     identity, phase = grid("gait_identity"), grid("phase_error")
     by_gait = [gait["gc_stance"] for gait in sequence["by_gait"].values()]
-    names = ", ".join(protocols.GAIT_SEQUENCE)
+    names = ", ".join(GAIT_SEQUENCE)
     drawn = {
         "gait_identity": ("share of strides nearest to the commanded gait", 0.95, True),
         "phase_error": ("touchdown phase error [strides]", 0.04, False),
@@ -48,13 +50,13 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
         for key, (label, limit, at_least) in drawn.items()
     }
     first = episodes["sequence",][0].recording
-    title = f"Gait sequence at {protocols.GAIT_SPEED:g} m/s ({subject.path.name}, seed {subject.seeds[0]})"
+    title = f"Gait sequence at {GAIT_SPEED:g} m/s ({subject.path.name}, seed {subject.seeds[0]})"
     return Result(
         name="gaits",
         title="Is the gait run that was asked for?",
-        protocol=f"Sequence: {names}, {protocols.GAIT_HOLD_S:g} s each at {protocols.GAIT_SPEED:g} m/s from a stand, "
+        protocol=f"Sequence: {names}, {protocols.GAIT_HOLD_S:g} s each at {GAIT_SPEED:g} m/s from a stand, "
         f"every sample counts. Constant: each gait at each speed for {SECONDS:g} s from a stand, the first "
-        f"{summaries.SETTLE_S:g} s left out.",
+        f"{SETTLE_S:g} s left out.",
         metrics={"sequence": sequence, "constant": table},
         targets=(
             Target("GC stance of the sequence", sequence["gc_stance"], 0.05, paper="0.07"),

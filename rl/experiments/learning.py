@@ -12,6 +12,7 @@ import numpy as np
 from rl.experiments import figures
 from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
 from rl.learning import checkpoint, run_dir
 from rl.learning.export import export_policy
 from symdyn.errors import InvalidValue
@@ -54,7 +55,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
         name="learning",
         title="What does a budget buy?",
         protocol=f"Each gait at {', '.join(f'{v:g}' for v in speeds)} m/s for {SECONDS:g} s from a stand, seed "
-        f"{subject.seeds[0]}, the first {summaries.SETTLE_S:g} s left out; nominal model, deterministic policy of each "
+        f"{subject.seeds[0]}, the first {SETTLE_S:g} s left out; nominal model, deterministic policy of each "
         "checkpoint that the run kept. Samples count those of the run that it was started from.",
         metrics={"runs": curves},
         figures={

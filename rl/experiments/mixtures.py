@@ -7,9 +7,10 @@ from itertools import pairwise
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
+from rl.judging.paper_protocol import SETTLE_S
 from rl.judging.simulate import Script, Segment
-from rl.judging.summaries import SETTLE_S
+from rl.judging.target import Target
 from symdyn.analysis import metrics
 from symdyn.analysis.footfall import cut_strides
 from symdyn.gait.library import get

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from symdyn.analysis import metrics
 from symdyn.figures.plots import save
 from symdyn.io.files import jsonable, write_json, write_text
@@ -54,7 +54,7 @@ def write_summary(results: Sequence[Result], subject: Subject, out: Path) -> Pat
     lines = [f"# Experiments with {subject.path.name}", "", _policy_line(subject), ""]
     lines += [f"{len(targets) - len(missed)} of {len(targets)} goals are reached.", ""]
     if missed:
-        rows = [[r.name, t.what, number(t.here), _goal(t), t.paper] for r, t in missed]
+        rows = [[r.name, t.what, number(t.here), t.limit, t.paper] for r, t in missed]
         lines += ["Not reached:", "", *table(["experiment", "what", "here", "goal", "paper"], rows), ""]
     for result in results:
         lines += [f"## {result.name}: {result.title}", "", *_body(result, subject, f"{result.name}/"), ""]
@@ -65,7 +65,7 @@ def write_summary(results: Sequence[Result], subject: Subject, out: Path) -> Pat
 def _body(result: Result, subject: Subject, prefix: str) -> list[str]:
     lines = [result.protocol, "", f"Seeds {_seeds(subject.seeds)}. Nominal model unless said otherwise.", ""]
     if result.targets:
-        rows = [[t.what, t.paper, _goal(t), number(t.here), "yes" if t.met else "**no**"] for t in result.targets]
+        rows = [[t.what, t.paper, t.limit, number(t.here), "yes" if t.met else "**no**"] for t in result.targets]
         wanted = "hypothesis" if all(t.hypothesis for t in result.targets) else "goal"
         verdict = "confirmed" if wanted == "hypothesis" else "reached"
         lines += [*table(["what", "paper", wanted, "here", verdict], rows), ""]
@@ -81,10 +81,6 @@ def _policy_line(subject: Subject) -> str:
     samples = training.get("samples")
     known = "unknown" if samples is None else f"{samples / 1e6:.1f} million samples"
     return f"Policy `{subject.path.name}`, trained with {known} (the paper: 2460 million)."
-
-
-def _goal(target: Target) -> str:
-    return f"{'at least' if target.at_least else 'at most'} {target.goal:g}"
 
 
 def _seeds(seeds: Sequence[int]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, TypeVar
 from matplotlib.figure import Figure
 
 from rl.judging.simulate import Episode, Script, run_grouped
+from rl.judging.target import Target
 from rl.physics.terrain import Terrain
 from symdyn.policy.file import Policy
 
@@ -45,34 +45,6 @@ class Subject:
     def simulate(self, groups: Mapping[K, Sequence[Script]], terrain: Terrain | None = None) -> dict[K, list[Episode]]:
         """Run groups of scripts with the policy: :func:`rl.judging.simulate.run_grouped`."""
         return run_grouped(self.policy, groups, self.watch, terrain)
-
-
-@dataclass(frozen=True)
-class Target:
-    """One number that an experiment is about, beside what the paper has and what this project wants.
-
-    Attributes:
-        what: the number in words, with its unit.
-        here: as measured; inf or nan where there is none.
-        goal: what it should be.
-        at_least: whether it should be at least the goal; at most if False.
-        paper: the paper's figure, as the paper words it.
-        hypothesis: the goal is what the paper found, to be confirmed or not, and not what this project wants.
-    """
-
-    what: str
-    here: float
-    goal: float
-    at_least: bool = False
-    paper: str = "-"
-    hypothesis: bool = False
-
-    @property
-    def met(self) -> bool:
-        """Whether the goal is reached; a number that does not exist reaches none."""
-        if math.isnan(self.here):
-            return False
-        return self.here >= self.goal if self.at_least else self.here <= self.goal
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (0.5, 1.0, 1.5)
@@ -42,7 +44,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
         name="reversal",
         title="Is running backwards as good as running forwards?",
         protocol=f"Each gait at {', '.join(f'{v:g}' for v in speeds)} m/s both ways for {SECONDS:g} s from a stand, "
-        f"the first {summaries.SETTLE_S:g} s left out. Symmetry residual: how far the touchdowns are from the group H "
+        f"the first {SETTLE_S:g} s left out. Symmetry residual: how far the touchdowns are from the group H "
         "of the commanded gait (0 where H is trivial: the half-bounds).",
         metrics={"summary": summary, "constant": table},
         targets=(Target("GC stance backwards minus forwards, mean over gaits and speeds", worse, 0.02),),

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging.simulate import Script, Segment
+from rl.judging.target import Target
 from rl.physics.terrain import Terrain
 from symdyn.gait.library import PAPER_GAITS, get
 

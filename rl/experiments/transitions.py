@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rl.experiments import figures
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.target import Target
 from symdyn.gait.library import PAPER_GAITS
 
 SPEEDS = (0.5, 1.0, 2.0)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl.experiments.result import Result, Subject, Target
+from rl.experiments.result import Result, Subject
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import SETTLE_S
+from rl.judging.target import Target
 from symdyn.figures.plots import velocity_tracking
 from symdyn.gait.library import PAPER_GAITS
 
@@ -28,7 +30,7 @@ def run(subject: Subject) -> Result:
         title="Does the robot follow its velocity, whatever the gait?",
         protocol=f"Each gait from a stand at {sequence} m/s, {protocols.VELOCITY_HOLD_S:g} s each; settled is a "
         "stride-averaged speed that stays within 10% or 0.1 m/s of the command; errors are means over whole strides, "
-        f"the first {summaries.SETTLE_S:g} s after a change left out.",
+        f"the first {SETTLE_S:g} s after a change left out.",
         metrics={"by_gait": by_gait},
         targets=(
             Target("settling time, mean over gaits and steps, s", float(settling.mean()), 1.0, paper="about 1"),

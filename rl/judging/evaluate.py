@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rl.judging import protocols, summaries
+from rl.judging.paper_protocol import GAIT_SEQUENCE, GAIT_SPEED, SETTLE_S
 from rl.judging.protocols import Suite
 from rl.judging.simulate import Episode, Script, run_grouped
 from symdyn.analysis import metrics
@@ -88,10 +89,10 @@ def _describe(suite: Suite) -> dict[str, Any]:
         "model": "nominal: no randomisation, no noise, no pushes; deterministic policy; from a stand",
         "sampling": "every physics step (5 ms); contact is a ground reaction force above 1 N",
         "constant": f"each gait at each speed for {suite.constant_s:g} s; "
-        f"the first {summaries.SETTLE_S:g} s left out of all but settling_time",
+        f"the first {SETTLE_S:g} s left out of all but settling_time",
         "velocity_sequence": list(protocols.VELOCITY_SEQUENCE) if suite.sequences else [],
-        "gait_sequence": list(protocols.GAIT_SEQUENCE) if suite.sequences else [],
-        "gait_sequence_speed": protocols.GAIT_SPEED,
+        "gait_sequence": list(GAIT_SEQUENCE) if suite.sequences else [],
+        "gait_sequence_speed": GAIT_SPEED,
         "transition_speeds": list(suite.transition_speeds),
         "rmsne_epsilon": metrics.RMSNE_EPSILON,
         "candidates_of_gait_identity": list(LIBRARY),

@@ -9,6 +9,7 @@ from itertools import permutations
 
 import numpy as np
 
+from rl.judging.paper_protocol import GAIT_SEQUENCE, GAIT_SPEED
 from rl.judging.simulate import Script, Segment
 from symdyn.errors import UnknownName
 from symdyn.gait.library import PAPER_GAITS, get
@@ -18,11 +19,8 @@ VELOCITY_SEQUENCE = (-2.0, -1.0, 0.2, 2.0)
 
 VELOCITY_HOLD_S = 5.0
 
-GAIT_SEQUENCE = ("trot", "bound", "half_bound_left", "rotary_gallop")
-"""Two seconds each at 0.5 m/s: paper, section IV-B, which says half-bounding and galloping and not which."""
 
 GAIT_HOLD_S = 2.0
-GAIT_SPEED = 0.5
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rl.judging import verdict
 from rl.judging.evaluate import Evaluation
 from symdyn.figures.plots import footfall_diagram, learning_curves, metric_bars, save, velocity_tracking
 from symdyn.io.files import write_json, write_text
@@ -57,22 +58,28 @@ def write(evaluation: Evaluation, out: Path, progress: Sequence[Mapping[str, Any
         add(
             "footfalls.png",
             footfall_diagram(evaluation.gaits.recording, title),
-            "Desired stance (hollow) and realised contact (solid) of the gait sequence, first seed.",
+            "Commanded stance (hollow) and measured contact (solid) in the gait sequence, first seed.",
         )
     if evaluation.velocity:
         recordings = {gait: episode.recording for gait, episode in evaluation.velocity.items()}
         add(
             "velocity.png",
             velocity_tracking(recordings, f"Velocity tracking ({label})"),
-            "Commanded (dashed) and realised velocity, first seed; a curve ends where the robot fell.",
+            "Commanded (dashed) and measured velocity, first seed; a curve ends where the robot fell.",
         )
     for key in ("gc_stance", "gait_identity", "cot"):
-        add(f"{key}.png", metric_bars(metrics["gaits"], key), metrics["keys"][key])
+        add(f"{key}.png", metric_bars(metrics["gaits"], key), _caption(metrics["keys"][key]))
     if progress:
-        add("learning.png", learning_curves(list(progress)), "What was logged while training, with exploration noise.")
+        add("learning.png", learning_curves(list(progress)), "Training log, with exploration noise.")
     path = out / REPORT
     write_text(path, _markdown(metrics, figures, remark))
     return path
+
+
+def _caption(meaning: str) -> str:
+    """The meaning of a metric as a sentence, without the unit of a bare number."""
+    unit, _, text = meaning.partition(": ")
+    return f"{text[0].upper()}{text[1:]}{'' if unit == '1' else f' [{unit}]'}."
 
 
 def _samples(metrics: Mapping[str, Any]) -> str:
@@ -86,6 +93,7 @@ def _markdown(metrics: Mapping[str, Any], figures: Mapping[str, str], remark: st
         f"# Evaluation of {Path(metrics['policy']).name}",
         "",
         *([remark, ""] if remark else []),
+        *_verdict(metrics),
         f"Suite `{metrics['suite']}`, seeds {metrics['seeds']}, trained for {_samples(metrics)}.",
         f"Model: {protocol['model']}. Sampling: {protocol['sampling']}. RMSNE epsilon {protocol['rmsne_epsilon']:g}.",
         "",
@@ -106,6 +114,17 @@ def _markdown(metrics: Mapping[str, Any], figures: Mapping[str, str], remark: st
         for name, caption in figures.items():
             lines += ["", f"![{caption}]({name})", "", caption]
     return "\n".join(lines) + "\n"
+
+
+def _verdict(metrics: Mapping[str, Any]) -> list[str]:
+    """The verdict in words, then the goals, those that are missed first."""
+    goals = verdict.targets(metrics)
+    rows = [
+        [goal.what, number(goal.here), goal.limit, goal.paper, "yes" if goal.met else "**no**"]
+        for goal in sorted(goals, key=lambda goal: goal.met)
+    ]
+    head = ["goal", "here", "limit", "paper", "met"]
+    return ["## Verdict", "", verdict.sentence(metrics, goals), "", *table(head, rows), "", "## Protocol", ""]
 
 
 def _sentence(text: str) -> str:

@@ -9,17 +9,15 @@ from typing import Any
 import numpy as np
 
 from rl.judging import protocols
+from rl.judging.paper_protocol import GAIT_SEQUENCE, SETTLE_S
 from rl.judging.simulate import Episode
 from symdyn.analysis import metrics
 from symdyn.analysis.footfall import cut_strides
 
-SETTLE_S = 1.0
-"""s after a change of command that steady-state metrics leave out (the paper: about 1 s to converge)."""
-
 EXTRA_KEYS: Mapping[str, str] = {
-    "null": "there is no such number: in at least one seed nothing settled, moved, or lasted long enough to be judged",
-    "fell": "share of the seeds in which the robot fell, 0 to 1; the other metrics are over the time before",
-    "seconds_to_switch": "s from the switch to the beginning of the first stride run in the new gait; null if never",
+    "null": "no value: in at least one seed the speed did not settle, the robot did not move, or it fell too early",
+    "fell": "share of seeds in which the robot fell, 0 to 1; the other metrics cover the time before the fall",
+    "seconds_to_switch": "s: from the switch to the start of the first stride in the new gait; null if there is none",
     "strides_to_switch": "the same in commanded stride periods",
     "by_step": "for each velocity of the sequence: stride-averaged settling time (s) and steady-state errors (m/s)",
     "by_gait": "for each gait of the sequence: its metrics over its own two seconds",
@@ -56,7 +54,7 @@ def velocity_steps(gait: str, episodes: Sequence[Episode], time_reversal: bool) 
 def gait_steps(episodes: Sequence[Episode], time_reversal: bool) -> dict[str, Any]:
     """The paper's gait sequence: GC_stance of the whole, and every metric of each gait's own time."""
     by_gait = {}
-    for i, gait in enumerate(protocols.GAIT_SEQUENCE):
+    for i, gait in enumerate(GAIT_SEQUENCE):
         start = i * protocols.GAIT_HOLD_S
         parts = [e.recording.between(start, start + protocols.GAIT_HOLD_S) for e in episodes]
         whole = [p for p in parts if len(p.time) * p.dt > 0.75 * protocols.GAIT_HOLD_S]

@@ -12,74 +12,23 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from rl.judging.paper_protocol import SETTLE_S
 from rl.judging.simulate import Episode, Script, Segment, run
-from rl.judging.summaries import SETTLE_S
+from rl.judging.sweep_config import CELL, SweepConfig
 from symdyn.analysis import metrics, trials
 from symdyn.analysis.trials import Trial
-from symdyn.errors import FileProblem, InvalidValue
+from symdyn.errors import FileProblem
 from symdyn.gait import library as gaits
-from symdyn.gait.library import PAPER_GAITS
 from symdyn.io.files import read_json, writable_directory, write_json, write_text
 from symdyn.policy.file import Policy
 
 JSON_TABLE = "timing_sweep.json"
 CSV_TABLE = "timing_sweep.csv"
-
-_CELL = ("period_factor", "duty_factor")
-
-
-@dataclass(frozen=True)
-class SweepConfig:
-    """What a timing sweep tries.
-
-    Attributes:
-        period_factors: factors on the stride period of the policy's curve.
-        duty_factors: factors on its duty factor.
-        speeds: commanded forward velocities, m/s; none is 0, where there is no cost of transport.
-        gaits: names from the library.
-        seeds: of the initial stride phase.
-        seconds: length of a trial from a stand, s; the first second is not judged.
-    """
-
-    period_factors: tuple[float, ...] = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
-    duty_factors: tuple[float, ...] = (0.85, 0.925, 1.0, 1.075, 1.15)
-    speeds: tuple[float, ...] = (-2.0, -1.5, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 1.5, 2.0)
-    gaits: tuple[str, ...] = PAPER_GAITS
-    seeds: tuple[int, ...] = (0,)
-    seconds: float = 6.0
-
-    def __post_init__(self) -> None:
-        for name in ("period_factors", "duty_factors", "speeds", "gaits", "seeds"):
-            values = getattr(self, name)
-            if not values or len(set(values)) != len(values):
-                raise InvalidValue(name, values, "at least one value, none of them twice")
-        for name in _CELL:
-            values = getattr(self, f"{name}s")
-            if not all(0.0 < value < math.inf for value in values):
-                raise InvalidValue(f"{name}s", values, "finite numbers > 0")
-        if not all(math.isfinite(speed) and speed != 0.0 for speed in self.speeds):
-            raise InvalidValue("speeds", self.speeds, "finite numbers other than 0")
-        for name in self.gaits:
-            gaits.get(name)
-        if min(self.seeds) < 0:
-            raise InvalidValue("seeds", self.seeds, "whole numbers >= 0")
-        if not SETTLE_S + 1.0 < self.seconds < math.inf:
-            raise InvalidValue("seconds", self.seconds, f"a finite number > {SETTLE_S + 1.0:g}")
-
-    @property
-    def cells(self) -> list[tuple[float, float]]:
-        """Pairs of factors, (period, duty)."""
-        return list(product(self.period_factors, self.duty_factors))
-
-    @property
-    def trials(self) -> int:
-        """Rows of the whole table."""
-        return len(self.cells) * len(self.speeds) * len(self.gaits) * len(self.seeds)
 
 
 def sweep(
@@ -112,7 +61,7 @@ def sweep(
     settings = _settings(policy, path, config)
     rows = _finished(out / JSON_TABLE, settings)
     writable_directory(out)
-    done = {tuple(row[name] for name in _CELL) for row in rows}
+    done = {tuple(row[name] for name in CELL) for row in rows}
     scripts = _scripts(config)
     for cell, curve in curves.items():
         if on_progress is not None:
@@ -120,7 +69,7 @@ def sweep(
         if cell in done:
             continue
         episodes = run(policy.with_timing(curve), scripts)
-        rows += [{**_trial(policy, e).as_dict(), **dict(zip(_CELL, cell, strict=True))} for e in episodes]
+        rows += [{**_trial(policy, e).as_dict(), **dict(zip(CELL, cell, strict=True))} for e in episodes]
         _write(out, settings, rows)
     if on_progress is not None:
         on_progress(len(rows), config.trials)

@@ -24,7 +24,8 @@ from symdyn.gait.timing import GRAVITY
 from symdyn.io.files import read_json, write_with
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import plain
-from symdyn.policy.file import INPUT, METADATA_KEY, OUTPUT, Policy
+from symdyn.policy import golden
+from symdyn.policy.file import GOLDEN_KEY, INPUT, METADATA_KEY, OUTPUT, Policy
 from symdyn.policy.metadata import PolicyMetadata
 from symdyn.policy.observation import get_layout
 from symdyn.robot.definition import Robot
@@ -65,8 +66,13 @@ def export_policy(run: Path, out: Path | None = None, checkpoints: Sequence[Path
     out = out or run / run_dir.POLICY
 
     def write(temporary: Path) -> None:
-        onnx.save(_to_onnx(actor, metadata), temporary)
-        _compare(Policy.load(temporary, robot), actor, origin)
+        model = _to_onnx(actor, metadata)
+        onnx.save(model, temporary)
+        policy = Policy.load(temporary, robot)
+        _compare(policy, actor, origin)
+        model.metadata_props.add(key=GOLDEN_KEY, value=golden.record(policy))
+        onnx.save(model, temporary)
+        Policy.load(temporary, robot)
 
     write_with(out, write)
     return out
@@ -159,6 +165,7 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot) -> Po
             "yaw_rate": commands.yaw_rate,
         },
         time_reversal=commands.time_reversal,
+        steering=commands.steering if commands.steered else None,
         training={
             "commit": origin_commit,
             "config": plain(config),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 
 from slip.families.branch import Diagram
-from slip.families.cache import explored
+from slip.families.cache import explored, progress_line
 from slip.families.explore import ExploreConfig
 from slip.model.parameters import SlipParameters
 
@@ -19,5 +19,5 @@ def explore_with_progress(
             parameters,
             config,
             cache,
-            lambda what, count: status.update(f"Tracing {what}: {count} orbits so far (one to three minutes)"),
+            lambda what, count: status.update(progress_line(what, count)),
         )

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Annotated
+from dataclasses import replace
 
 import numpy as np
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from slip.cli.arguments.families import FamiliesArguments
 from slip.cli.explore_with_progress import explore_with_progress
-from slip.cli.passive_model import PassiveModel, PassiveModelArguments
-from slip.families.branch import FAMILIES, Branch, Diagram
+from slip.cli.passive_model import PassiveModel, PassiveModelArguments, model_flags
+from slip.families.branch import Branch, Diagram
 from slip.families.continuation import StepConfig
 from slip.families.explore import ExploreConfig
 from slip.families.store import save as save_diagram
 from slip.figures.diagram import branch_diagram, described
+from slip.model.naming import FAMILIES
 from symdyn.errors import InvalidValue
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command
 from symdyn.io.files import writable_directory
 
 FIGURE = "families.png"
@@ -31,32 +29,8 @@ _NOTHING = 5e-10
 _BARE: dict[str, object] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "pad_edge": False, "show_edge": False}
 
 
-@dataclass(frozen=True)
-class FamiliesArguments:
-    """All families of passive gaits of the spring-loaded model, found from hopping in place alone.
-
-    Writes families.npz and families.json (orbits, branches, junctions, parameters, tolerances) and families.png.
-
-    Attributes:
-        model: the spring-loaded model.
-        max_speed: apex speed at which a branch is left, in sqrt(g torso length); in m/s for a robot.
-        trot: look for trot and pace, too.
-        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
-        out: directory of the results.
-        cache: use what was explored before, and keep what is explored now.
-    """
-
-    model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
-    max_speed: float | None = None
-    trot: bool = True
-    carry: bool = True
-    out: Path = Path("out/families")
-    cache: bool = True
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: FamiliesArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(FamiliesArguments, args=list(arguments), prog="symdyn families")
     if args.max_speed is not None and not (math.isfinite(args.max_speed) and args.max_speed > 0.0):
         raise InvalidValue("--max-speed", args.max_speed, "a finite number > 0")
     model = args.model.load()
@@ -69,17 +43,18 @@ def run(arguments: Sequence[str]) -> int:
     save(branch_diagram(diagram, title, model.units), args.out / FIGURE)
     show(console, diagram, model)
     console.print(f"\nWrote families.npz, families.json and {FIGURE} into {args.out}. One gait, of the same model:")
-    console.print(f"  symdyn orbit {_example(diagram, model, args.model.robot)}", markup=False)
+    print_command(console, "symdyn", "orbit", *_example(diagram, model, args.model))
     return 0
 
 
-def _example(diagram: Diagram, model: PassiveModel, robot: str | None) -> str:
-    """Arguments that show a gait of the diagram."""
+def _example(diagram: Diagram, model: PassiveModel, given: PassiveModelArguments) -> list[str]:
+    """Arguments that show a gait of the diagram, of the same model."""
     longest = max(diagram.branches, key=len)
     middle = float(np.median(longest.speeds)) * (model.units.speed if model.units else 1.0)
-    flags = f" --robot {robot}" if robot else ""
-    flags += "" if model.name in ("reference", robot) else " ..."
-    return f"--family {longest.family} --speed {middle:.3g}{flags}"
+    words = ["--family", longest.family, "--speed", f"{middle:.3g}"]
+    for flag, value in model_flags(given):
+        words += [flag, *(value if isinstance(value, tuple) else [str(value)])]
+    return words
 
 
 def _config(args: FamiliesArguments, model: PassiveModel) -> ExploreConfig:

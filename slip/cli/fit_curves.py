@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
 
-import tyro
 from rich.markdown import Markdown
 
+from slip.cli.arguments.fit_curves import FitArguments
 from slip.cli.explore_with_progress import explore_with_progress
-from slip.cli.passive_model import PassiveModel, PassiveModelArguments
+from slip.cli.passive_model import PassiveModel, model_flags
 from slip.curves.cells import branch_table, reaching
-from slip.curves.file import CurveName, FittedCurve, document, write
+from slip.curves.file import FittedCurve, document, write
 from slip.curves.fit import FEWEST_GROUPS, CurveFit, TimingPoints, fit_curves
-from slip.curves.identify import IdentifyConfig, identify
-from slip.curves.points import PassiveOrbits, Selection
+from slip.curves.identify import identify
+from slip.curves.points import PassiveOrbits
 from slip.curves.report import markdown
-from slip.curves.trial_choice import Choice, ChoiceConfig, choose
+from slip.curves.settings import ChoiceConfig
+from slip.curves.trial_choice import Choice, choose
 from slip.families.branch import Diagram
 from slip.figures.curves import curve_figure
 from symdyn.analysis import trials
 from symdyn.errors import InvalidValue
 from symdyn.figures.plots import save
-from symdyn.io.console import log_to, make_console
+from symdyn.io.console import log_to, make_console, print_command, print_written
 from symdyn.io.files import writable_directory, write_text
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
@@ -34,50 +33,8 @@ _log = logging.getLogger(__name__)
 CURVES, FIGURE, REPORT = "curves.json", "curves.png", "curves.md"
 
 
-@dataclass(frozen=True)
-class FitArguments:
-    """Fit T* = a_T (1 + b_T delta |v*|) exp(-c_T |v*|), and the duty factor alike.
-
-    Two fits that are kept apart: passive, to orbits of the spring-loaded model; calibrated, to trials of a trained
-    policy, if a table of them is given (symdyn evaluate --sweep-timing writes one). Writes curves.json for symdyn train
-    --timing, a figure and a report. Without trials the active curve of the file is the paper's, and the file says so.
-
-    Attributes:
-        model: the spring-loaded model: the go2's if no robot is named, with what is given instead.
-        reference: take the literature's model (k 10, ks 20, J 2), which is no robot's.
-        identify: choose k and ks so that the pronk at rest meets the targets; what is left to the model is the decay.
-        target: of --identify.
-        select: which orbits count, and how much.
-        trials: table of trials, CSV or JSON.
-        choice: which of them calibrate.
-        active: which curve the trainer takes: passive, calibrated or paper. Default: calibrated if there are trials,
-            else paper.
-        bootstrap: intervals from so many resamplings of whole families, or gaits; 0 takes the covariance. Where there
-            are fewer than four families the covariance is taken, too.
-        trot: look for trot and pace, too.
-        carry: carry over, from the reference parameters, families that no junction leads to: about a minute.
-        cache: use orbits that were found before, and keep those found now.
-        out: directory of curves.json, curves.png and curves.md.
-    """
-
-    model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
-    reference: bool = False
-    identify: bool = False
-    target: IdentifyConfig = field(default_factory=IdentifyConfig)
-    select: Annotated[Selection, tyro.conf.arg(name="")] = field(default_factory=Selection)
-    trials: Path | None = None
-    choice: Annotated[ChoiceConfig, tyro.conf.arg(name="")] = field(default_factory=ChoiceConfig)
-    active: CurveName | None = None
-    bootstrap: int = 0
-    trot: bool = True
-    carry: bool = True
-    cache: bool = True
-    out: Path = Path("out/curves")
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: FitArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(FitArguments, args=list(arguments), prog="symdyn fit-curves")
     if args.bootstrap < 0:
         raise InvalidValue("--bootstrap", args.bootstrap, "a whole number >= 0")
     if args.identify and (args.model.k is not None or args.model.ks is not None):
@@ -110,9 +67,25 @@ def run(arguments: Sequence[str]) -> int:
     write_text(args.out / REPORT, text)
     write(args.out / CURVES, content)
     console.print(Markdown(text.partition("\n## ")[0]))
-    console.print(f"\nWrote {args.out / CURVES}, with {FIGURE} and {REPORT} beside it. Next:")
-    console.print(f"  symdyn train --timing {args.out / CURVES}   # active: {content['active']}")
+    print_written(console, f"\nWrote {args.out / CURVES}, with {FIGURE} and {REPORT} beside it.")
+    if content["active"] == "paper":
+        console.print(
+            "The active curve is the paper's, which symdyn train uses by default. To train with the fitted one:"
+        )
+        print_command(console, *_again_with_passive(args))
+    else:
+        comment = f"active curve: {content['active']}"
+        print_command(console, "symdyn", "train", "--timing", args.out / CURVES, comment=comment)
     return 0
+
+
+def _again_with_passive(args: FitArguments) -> list[object]:
+    """The command again, with the passive curve active."""
+    words: list[object] = ["symdyn", "fit-curves"]
+    for flag, value in model_flags(args.model):
+        words += [flag, *(value if isinstance(value, tuple) else [value])]
+    words += [flag for flag, given in (("--reference", args.reference), ("--identify", args.identify)) if given]
+    return [*words, "--active", "passive", "--out", args.out]
 
 
 def _model(args: FitArguments) -> PassiveModel:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from slip.cli.arguments.orbit import OrbitArguments
 from slip.cli.explore_with_progress import explore_with_progress
-from slip.cli.passive_model import PassiveModelArguments
-from slip.families.branch import FAMILIES, Diagram
+from slip.families.branch import Diagram
 from slip.families.solve import NoOrbit, orbits_at
-from slip.figures.animation import AnimationConfig, animate
+from slip.figures.animation import animate
 from slip.figures.orbit import orbit_figure
+from slip.model.naming import FAMILIES
 from slip.orbits.orbit import Orbit
 from slip.orbits.report import OrbitReport
 from slip.orbits.symmetry import Image
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
 from symdyn.figures.plots import save
-from symdyn.io.console import frames_progress, log_to, make_console
+from symdyn.io.console import frames_progress, log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.legs import LEGS
 
@@ -33,36 +30,8 @@ NUMBERS, FIGURE, ANIMATION = "orbit.json", "orbit.png", "orbit"
 _BARE: dict[str, object] = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "pad_edge": False, "show_edge": False}
 
 
-@dataclass(frozen=True)
-class OrbitArguments:
-    """One periodic gait of the spring-loaded model, by family and speed.
-
-    Writes orbit.json (everything), orbit.png (footfalls, forces, trajectories, phase plots) and an animation.
-
-    Attributes:
-        family: PK, BG, BE, FG, FE, HG, HE, GG, GE, TR or PC, or a branch such as HG2: what symdyn families lists.
-        speed: forward speed at the apex, in sqrt(g torso length); in m/s for a robot.
-        model: the spring-loaded model.
-        which: of several gaits of the family at this speed.
-        out: directory of the results.
-        animate: format of the animation. MP4 needs imageio-ffmpeg.
-        animation: how it is shown.
-        cache: use what was explored before, and keep what is explored now.
-    """
-
-    family: str
-    speed: float
-    model: Annotated[PassiveModelArguments, tyro.conf.arg(name="")] = field(default_factory=PassiveModelArguments)
-    which: int = 1
-    out: Path = Path("out/orbit")
-    animate: Literal["gif", "mp4", "none"] = "gif"
-    animation: AnimationConfig = field(default_factory=AnimationConfig)
-    cache: bool = True
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: OrbitArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(OrbitArguments, args=list(arguments), prog="symdyn orbit")
     if not math.isfinite(args.speed):
         raise InvalidValue("--speed", args.speed, "a finite number")
     family = args.family.rstrip("0123456789")
@@ -91,7 +60,7 @@ def run(arguments: Sequence[str]) -> int:
     if len(orbits) > 1:
         others = ", ".join(f"{i + 1} (T {orbit.period:.5g})" for i, orbit in enumerate(orbits))
         console.print(f"\nThe family has {len(orbits)} gaits of this speed: {others}. Shown: {args.which} (--which).")
-    console.print(f"\nWrote {', '.join(str(args.out / name) for name in written)}.")
+    print_written(console, f"\nWrote {', '.join(str(args.out / name) for name in written)}.")
     return 0
 
 
@@ -107,7 +76,7 @@ def of_speed(
 
     Args:
         diagram: of the model.
-        family: of slip.families.branch.FAMILIES.
+        family: of slip.model.naming.FAMILIES.
         speed: at the apex [sqrt(g torso length)].
         asked: the same as the user gave it, for messages.
         unit: of ``asked``, in the model's.

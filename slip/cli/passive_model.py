@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -106,3 +106,10 @@ class PassiveModelArguments:
             robot = load_urdf(self.urdf, feet=self.feet, srdf=self.srdf)
         scaled = DimensionalSlip.of_body(measure(robot))
         return PassiveModel(robot.name, scaled.parameters(), scaled.units, robot.name)
+
+
+def model_flags(given: PassiveModelArguments) -> list[tuple[str, object]]:
+    """The options of the command line that choose this model, with their values."""
+    names = {"rest_length": "l"}
+    flags = [(names.get(item.name, item.name), getattr(given, item.name)) for item in fields(given)]
+    return [(f"--{name.replace('_', '-')}", value) for name, value in flags if value is not None]

@@ -10,7 +10,7 @@ import shutil
 from pathlib import Path
 
 from slip.curves.cells import reaching
-from slip.curves.points import Selection
+from slip.curves.settings import Selection
 from slip.families.cache import SHIPPED, key
 from slip.families.explore import ExploreConfig, explore
 from slip.families.store import save

@@ -2,68 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, astuple, dataclass, field
-from pathlib import Path
+from dataclasses import asdict, astuple
 from typing import Any
 
-import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from slip.cli.arguments.symmetry import SymmetryArguments
 from slip.model.parameters import SlipParameters
 from slip.robot.body import Gains, RobotBody, measure
-from slip.robot.morphology import Element, Morphology, Tolerances, find_morphology, group_name
+from slip.robot.morphology import Element, Morphology, find_morphology, group_name
 from slip.robot.quadruped import Quadruped
+from slip.robot.tolerances import Tolerances
 from slip.robot.units import slip_parameters
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
-from symdyn.io.console import make_console
+from symdyn.io.console import make_console, print_written
 from symdyn.io.files import write_json
-from symdyn.io.options import RobotOption
 from symdyn.robot.legs import JOINTS, LEGS
 from symdyn.robot.robot_file import DEFAULT_ROBOT
 
 FORMAT_VERSION = 1
 
 
-@dataclass(frozen=True)
-class SymmetryArguments:
-    """The symmetry group of a robot, found from its URDF, and its numbers as a spring-loaded model.
-
-    Every leg is tried in the place of every other, with every combination of joint signs. What is found is graded by
-    how well it fits the feet's kinematics, the mass matrix and the joint limits.
-
-    Attributes:
-        robot: go2 (the default), go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file.
-        urdf: a description of any robot with four legs instead.
-        feet: its four foot links, in any order; the ends of its kinematic tree if left out.
-        srdf: a file with its nominal stance, a group state called 'standing'; all joints at zero if left out.
-        kp: position gain of every joint, N m/rad. Default: that of the robot file; without one,
-            dynamically similar to the Go2's.
-        kd: velocity gain of every joint, N m s/rad; goes with --kp.
-        tolerances: how far off an element may be and count as a symmetry.
-        out: also write everything to this JSON file.
-    """
-
-    robot: RobotOption = None
-    urdf: Path | None = None
-    feet: tuple[str, ...] | None = None
-    srdf: Path | None = None
-    kp: float | None = None
-    kd: float | None = None
-    tolerances: Tolerances = field(default_factory=Tolerances)
-    out: Path | None = None
-
-
-def run(arguments: Sequence[str]) -> int:
+def run(args: SymmetryArguments) -> int:
     """The command. Raises SymdynError for bad input."""
-    args = tyro.cli(SymmetryArguments, args=list(arguments), prog="symdyn symmetry")
     gains = _gains(args)
-    for name, value in asdict(args.tolerances).items():
-        if not value >= 0.0:
-            raise InvalidValue(f"--tolerances.{name}", value, ">= 0")
     robot = _load(args)
     morphology = find_morphology(robot, args.tolerances)
     body, problem = _body(robot, gains)
@@ -76,7 +41,7 @@ def run(arguments: Sequence[str]) -> int:
     else:
         _show_body(console, body, slip_parameters(body))
     if args.out is not None:
-        console.print(f"Wrote {args.out}.")
+        print_written(console, f"Wrote {args.out}.")
     return 0
 
 

@@ -18,15 +18,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from slip.curves.fit import CurveFit
+from slip.curves.settings import CurveName
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import FORMAT_VERSION, TimingCurve
 from symdyn.io.files import write_json
 from symdyn.io.origin import commit
-
-CurveName = Literal["passive", "calibrated", "paper"]
 
 WHAT: Mapping[CurveName, str] = {
     "passive": "fitted to passive orbits of the spring-loaded model (SLIP), to no trial of a policy",

@@ -11,14 +11,14 @@ Two intercepts fix two springs, so that meeting them confirms nothing: what the 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
+from slip.curves.settings import IdentifyConfig
 from slip.families.continuation import Point, StepConfig, point, trace
 from slip.families.junction import Crossing, crossings
 from slip.families.rest import fall_and_stance, pronk_in_place
@@ -28,7 +28,6 @@ from slip.orbits.stride import integrate_stride
 from slip.orbits.subspace import Subspace, subspace
 from slip.robot.units import unstarred
 from symdyn.errors import InvalidValue
-from symdyn.gait.timing import TimingCurve
 
 _STIFFNESS = (1e-4, 1e6)
 """Range of k that is searched."""
@@ -46,25 +45,6 @@ _MOVING = 0.02
 """Share of dx in the direction of a branch that moves off."""
 
 _ORBITS = 5
-
-
-@dataclass(frozen=True)
-class IdentifyConfig:
-    """What the pronk shall do at rest.
-
-    Attributes:
-        period_star: T* = T / sqrt(l / g) at v = 0; the default is the paper's a_T.
-        duty: duty factor at v = 0; the default is the paper's a_beta.
-    """
-
-    period_star: float = TimingCurve.a_T
-    duty: float = TimingCurve.a_beta
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.period_star < math.inf:
-            raise InvalidValue("period_star", self.period_star, "a finite number > 0")
-        if not 0.0 < self.duty < 1.0:
-            raise InvalidValue("duty", self.duty, "in (0, 1)")
 
 
 def identify(base: SlipParameters, config: IdentifyConfig | None = None) -> SlipParameters:

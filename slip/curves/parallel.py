@@ -17,14 +17,14 @@ import time
 import traceback
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from symdyn.errors import FileProblem, InvalidValue, ResourceProblem, SymdynError
+from slip.curves.settings import Workers
+from symdyn.errors import FileProblem, ResourceProblem, SymdynError
 from symdyn.io.files import read_json, writable_directory, write_json
 
 FORMAT_VERSION = 1
@@ -32,40 +32,8 @@ FORMAT_VERSION = 1
 SETTINGS = "settings.json"
 CELLS = "cells"
 
-Backend = Literal["loky", "ray", "dask"]
 Cell = Mapping[str, Any]
 Work = Callable[[dict[str, Any]], dict[str, Any]]
-
-_PACKAGES: Mapping[str, tuple[str, str]] = {"ray": ("ray", "ray"), "dask": ("distributed", "'dask[distributed]'")}
-
-
-@dataclass(frozen=True)
-class Workers:
-    """Who does the work.
-
-    Attributes:
-        jobs: cells at a time; 0 takes every processor.
-        backend: loky (processes on this machine), ray or dask (a cluster; the package of that name must be installed).
-    """
-
-    jobs: int = 0
-    backend: Backend = "loky"
-
-    def __post_init__(self) -> None:
-        if self.jobs < 0:
-            raise InvalidValue("jobs", self.jobs, "a whole number >= 0")
-        if self.backend not in ("loky", *_PACKAGES):
-            raise InvalidValue("backend", self.backend, "one of loky, ray, dask")
-
-    def check(self) -> None:
-        """Raises ResourceProblem if the backend's package is not installed."""
-        if self.backend in _PACKAGES:
-            package, requirement = _PACKAGES[self.backend]
-            if find_spec(package) is None:
-                raise ResourceProblem(
-                    f"--backend {self.backend} needs the package {package!r}, which is not installed: "
-                    f"pip install {requirement}."
-                )
 
 
 @dataclass(frozen=True)

@@ -11,50 +11,19 @@ nothing; ``orbit`` counts each as one, ``family`` does as ``speed`` but gives ev
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slip.curves.fit import Floats, TimingPoints
-from slip.families.branch import FAMILIES, Branch
+from slip.curves.settings import Selection
+from slip.families.branch import Branch
 from slip.robot.units import starred
-from symdyn.errors import InvalidValue, UnknownName
-
-Weighting = Literal["speed", "orbit", "family"]
-
-
-@dataclass(frozen=True)
-class Selection:
-    """Which orbits the passive curves are fitted to.
-
-    Attributes:
-        families: names such as PK, TR; all that have orbits in the range if empty, but for the pace PC: in the plane it
-            is the trot with its front legs exchanged, of the same timing, and would only count that twice.
-        speeds: range of v* = v / sqrt(g l); the default is that of the trainer's commands, 2 m/s with legs of 0.4 m.
-        weights: what an orbit counts: speed, the range of speeds that it stands for; orbit, one; family, as speed, with
-            the same sum for every family.
-        stable_only: leave out orbits with a Floquet multiplier outside the unit circle.
-    """
-
-    families: tuple[str, ...] = ()
-    speeds: tuple[float, float] = (0.0, 1.01)
-    weights: Weighting = "speed"
-    stable_only: bool = False
-
-    def __post_init__(self) -> None:
-        for name in self.families:
-            if name not in FAMILIES:
-                raise UnknownName("family", name, FAMILIES)
-        if len(set(self.families)) != len(self.families):
-            raise InvalidValue("families", self.families, "none of them twice")
-        low, high = self.speeds
-        if not (math.isfinite(high) and 0.0 <= low < high):
-            raise InvalidValue("speeds", self.speeds, "two finite numbers >= 0, the smaller first")
+from symdyn.errors import InvalidValue
 
 
 @dataclass(frozen=True)

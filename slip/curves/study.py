@@ -8,74 +8,24 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 from slip.curves.cells import cell
 from slip.curves.fit import fit_curves
 from slip.curves.parallel import Outcome
-from slip.curves.points import PassiveOrbits, Selection
+from slip.curves.points import PassiveOrbits
+from slip.curves.settings import SYMBOLS, Grid, Selection
 from slip.model.parameters import SlipParameters
-from symdyn.errors import InvalidValue, SymdynError
+from symdyn.errors import SymdynError
 from symdyn.io.files import write_text
-
-SYMBOLS: Mapping[str, str] = {
-    "k": "stiffness",
-    "ks": "swing_stiffness",
-    "J": "pitch_inertia",
-    "l": "rest_length",
-    "lb": "hind_distance",
-    "kr": "stiffness_ratio",
-}
-"""Short names of the parameters, as on the command line and in the table."""
 
 COLUMNS = (
     "name", *SYMBOLS, "status", "reason", "seconds", "families", "orbits", "stable", "points",
     "a_T", "b_T", "c_T", "r2_T", "a_beta", "b_beta", "c_beta", "r2_beta", "T_slowest", "beta_slowest",
 )  # fmt: skip
 """Of the summary table. ``slowest`` is the slowest of the selected orbits."""
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Values to combine, each with each.
-
-    Attributes:
-        k: leg stiffness, M g / torso length; the base model's if empty, as all of these.
-        ks: swing stiffness.
-        J: pitch inertia, M torso length^2.
-        lb: distance of the centre of mass from the hind hip, torso lengths.
-        kr: hind over front leg stiffness.
-    """
-
-    k: tuple[float, ...] = ()
-    ks: tuple[float, ...] = ()
-    J: tuple[float, ...] = ()
-    lb: tuple[float, ...] = ()
-    kr: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name, values in vars(self).items():
-            if len(set(values)) != len(values) or not all(math.isfinite(value) for value in values):
-                raise InvalidValue(name, values, "finite numbers, none of them twice")
-
-    def models(self, base: SlipParameters) -> dict[str, SlipParameters]:
-        """All combinations, by a name made of what varies.
-
-        Raises:
-            InvalidValue: if a value is out of range.
-        """
-        varied = {name: values for name, values in vars(self).items() if values}
-        found = {}
-        for values in product(*varied.values()):
-            chosen = dict(zip(varied, values, strict=True))
-            name = "_".join(f"{symbol}{value!r}" for symbol, value in chosen.items()) or "base"
-            found[name] = replace(base, **{SYMBOLS[symbol]: value for symbol, value in chosen.items()})
-        return found
 
 
 def cells(grid: Grid, base: SlipParameters, fastest: float, trot: bool, carry: bool) -> dict[str, dict[str, Any]]:

@@ -20,35 +20,13 @@ from typing import Any
 import numpy as np
 
 from slip.curves.fit import TimingPoints
+from slip.curves.settings import ChoiceConfig
 from symdyn.analysis.trials import Trial
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import GRAVITY
 
 NO_GAIT = "unnamed"
 """What trials without a gait are called."""
-
-
-@dataclass(frozen=True)
-class ChoiceConfig:
-    """Which trials may calibrate.
-
-    Attributes:
-        tracking_limit: largest error of the mean forward velocity, m/s.
-        min_weight: smallest weight of a trial; in a table of symdyn evaluate --sweep-timing the share of strides in the
-            commanded gait.
-        speed_bin: width of the bins of commanded speed, m/s, the first about 0.
-    """
-
-    tracking_limit: float = 0.2
-    min_weight: float = 0.5
-    speed_bin: float = 0.1
-
-    def __post_init__(self) -> None:
-        for name in ("tracking_limit", "speed_bin"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise InvalidValue(name, getattr(self, name), "a finite number > 0 (m/s)")
-        if not 0.0 <= self.min_weight < math.inf:
-            raise InvalidValue("min_weight", self.min_weight, "a finite number >= 0")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from slip.model.naming import FAMILIES
 from slip.model.parameters import SlipParameters
 from slip.model.unknowns import COUNT, DPHI, DX, PERIOD, UNKNOWN_NAMES
 from slip.orbits.orbit import Orbit
@@ -15,25 +16,6 @@ from symdyn.errors import InvalidValue, UnknownName
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-
-FAMILIES = {
-    "PK": "pronk",
-    "BG": "bound, gathered suspension",
-    "BE": "bound, extended suspension",
-    "FG": "half-bound, front feet spread, gathered",
-    "FE": "half-bound, front feet spread, extended",
-    "HG": "half-bound, hind feet spread, gathered",
-    "HE": "half-bound, hind feet spread, extended",
-    "GG": "gallop, gathered suspension",
-    "GE": "gallop, extended suspension",
-    "B": "bound whose torso does not turn at the apex",
-    "F": "half-bound, front feet spread, whose torso does not turn at the apex",
-    "H": "half-bound, hind feet spread, whose torso does not turn at the apex",
-    "G": "gallop whose torso does not turn at the apex",
-    "TR": "trot",
-    "PC": "pace",
-}
-"""Names of the families (Ding & Gan 2024); TR and PC are ours."""
 
 
 def pairs_of(family: str) -> tuple[str, ...]:

@@ -18,6 +18,8 @@ from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from rich.console import Console
+
 from slip.families.branch import Diagram
 from slip.families.explore import ExploreConfig, explore
 from slip.families.store import load, save
@@ -31,6 +33,9 @@ SHIPPED = Path(__file__).parent / "data" / "families"
 """Where those are that come with symdyn."""
 
 Report = Callable[[str, int], None]
+
+SEARCH_TIME = "one to three minutes"
+"""How long a search takes on two free cores."""
 
 _log = logging.getLogger(__name__)
 
@@ -48,7 +53,7 @@ def explored(
     parameters: SlipParameters,
     config: ExploreConfig | None = None,
     cache: bool = True,
-    report: Report = lambda _what, _count: None,
+    report: Report | None = None,
 ) -> Diagram:
     """The diagram of a model, from the cache if it is there. Of processes that want the same one, one explores.
 
@@ -57,11 +62,12 @@ def explored(
         config: what to look for.
         cache: whether to take what comes with symdyn or is in the cache, and to keep the diagram there. A cache that
             cannot be read or written is no error: the diagram is explored anew.
-        report: told what is being done.
+        report: told what is being traced and how many orbits there are so far. If None, the standard error stream
+            shows it: a search takes minutes, and a silent one looks as if it hung.
     """
     config = config or ExploreConfig()
     if not cache:
-        return explore(parameters, config, report)
+        return _searched(parameters, config, report)
     name = key(parameters, config)
     if (SHIPPED / name).is_dir():
         return load(SHIPPED / name)
@@ -72,12 +78,28 @@ def explored(
                 return load(folder)
             except FileProblem as problem:
                 _log.warning("The cached families cannot be read and are explored anew. %s", problem)
-        diagram = explore(parameters, config, report)
+        diagram = _searched(parameters, config, report)
         try:
             save(diagram, folder)
         except FileProblem as problem:
             _log.warning("The families are not kept. %s", problem)
         return diagram
+
+
+def _searched(parameters: SlipParameters, config: ExploreConfig, report: Report | None) -> Diagram:
+    if report is not None:
+        return explore(parameters, config, report)
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        console.print(f"Searching the families of passive gaits ({SEARCH_TIME}).", soft_wrap=True)
+        return explore(parameters, config, lambda _what, _count: None)
+    with console.status("Searching the families of passive gaits") as status:
+        return explore(parameters, config, lambda what, count: status.update(progress_line(what, count)))
+
+
+def progress_line(what: str, count: int) -> str:
+    """What a display says while a search runs."""
+    return f"Tracing {what}: {count} orbits so far ({SEARCH_TIME})"
 
 
 @contextlib.contextmanager

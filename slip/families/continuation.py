@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -52,6 +53,10 @@ class StepConfig:
             )
         if self.most < 2:
             raise InvalidValue("most", self.most, "at least 2 orbits")
+        if not 0.0 < self.sharpest < math.pi:
+            raise InvalidValue("sharpest", self.sharpest, "in (0, pi), rad")
+        if not self.largest < math.inf:
+            raise InvalidValue("largest", self.largest, "a finite number")
         if not self.max_speed > 0.0:
             raise InvalidValue("max_speed", self.max_speed, "> 0")
 

@@ -15,13 +15,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slip.families.branch import FAMILIES, Branch, Diagram, Junction, pairs_of
+from slip.families.branch import Branch, Diagram, Junction, pairs_of
 from slip.families.continuation import MERGES, point
 from slip.families.junction import Crossing, crossings
 from slip.families.rest import pronk_in_place, trot_in_place
 from slip.families.search import LEAST_ORBITS, SAME, ExploreConfig, Report, Search, Start
 from slip.families.seeds import seeds
-from slip.model.naming import family_of
+from slip.model.naming import FAMILIES, family_of
 from slip.model.parameters import REFERENCE, SlipParameters
 from slip.model.unknowns import COUNT, DX, Y, pair_swap
 from slip.orbits.independent_simulation import disagreement

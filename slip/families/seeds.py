@@ -16,6 +16,6 @@ from numpy.typing import NDArray
 
 @cache
 def seeds() -> dict[str, tuple[NDArray[np.float64], ...]]:
-    """By family (slip.families.branch.FAMILIES), orbits of slip.model.parameters.REFERENCE, (22,) each."""
+    """By family (slip.model.naming.FAMILIES), orbits of slip.model.parameters.REFERENCE, (22,) each."""
     stored = json.loads(files("slip.families").joinpath("data", "seeds.json").read_text(encoding="utf-8"))
     return {family: tuple(np.array(orbit) for orbit in orbits) for family, orbits in stored["orbits"].items()}

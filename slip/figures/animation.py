@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +19,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Wedge
 from numpy.typing import NDArray
 
+from slip.figures.animation_config import AnimationConfig
 from slip.model.unknowns import FRONT, PHI, SLIP_LEGS, Y
 from slip.orbits.orbit import Orbit
 from slip.orbits.trajectory import Trajectory, sample
 from slip.robot.units import Units
-from symdyn.errors import InvalidValue
 from symdyn.figures.plots import LEG_COLOURS, stance_bars
 from symdyn.figures.video import Frame, Progress, stretched, write_video
 from symdyn.robot.legs import is_left
@@ -37,42 +36,6 @@ _HEIGHT_SHARE = 0.76
 _FAR = np.array([0.03, 0.025])
 """By how much the far legs are drawn off their place [rest length], so that legs which move together both show."""
 _COILS = 5
-
-
-@dataclass(frozen=True)
-class AnimationConfig:
-    """How a gait is shown.
-
-    Attributes:
-        strides: how many.
-        seconds: that a stride takes on screen; the picture says by how much that is slowed down.
-        fps: frames a second.
-        width: of the picture, pixels; the height is 9/16 of it.
-        forces: whether ground reaction forces are drawn.
-    """
-
-    strides: int = 3
-    seconds: float = 2.0
-    fps: int = 25
-    width: int = 800
-    forces: bool = True
-
-    def __post_init__(self) -> None:
-        for name, low, high in (("strides", 1, 100), ("fps", 5, 100), ("width", 200, 4000)):
-            if not low <= getattr(self, name) <= high:
-                raise InvalidValue(name, getattr(self, name), f"from {low} to {high}")
-        if not (math.isfinite(self.seconds) and 0.2 <= self.seconds <= 60.0):
-            raise InvalidValue("seconds", self.seconds, "from 0.2 to 60, s a stride")
-
-    @property
-    def frames_a_stride(self) -> int:
-        """Whole number of frames, so that strides repeat exactly."""
-        return max(2, round(self.seconds * self.fps))
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height, pixels, both even, as video formats want them."""
-        return 2 * (self.width // 2), 2 * (self.width * 9 // 32)
 
 
 def animate(

@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from slip.families.branch import FAMILIES, Branch, Diagram, Junction
+from slip.families.branch import Branch, Diagram, Junction
+from slip.model.naming import FAMILIES
 from slip.model.parameters import SlipParameters
 from slip.model.unknowns import DPHI, DX, LIFTOFF, PERIOD, TOUCHDOWN, Y
 from slip.robot.units import Units
@@ -43,7 +44,7 @@ FAMILY_COLOURS: Mapping[str, str] = {
     "H": "#4A1C40",
     "G": "#003D2C",
 }
-"""Colour of each family of slip.families.branch.FAMILIES; the hue is the gait's in symdyn.figures.plots."""
+"""Colour of each family of slip.model.naming.FAMILIES; the hue is the gait's in symdyn.figures.plots."""
 
 _STABLE = {"linewidth": 2.4, "linestyle": "-", "zorder": 3}
 _UNSTABLE = {"linewidth": 1.1, "linestyle": (0, (4, 1.6)), "zorder": 2}

@@ -36,7 +36,7 @@ def _half_a_stride_apart(unknowns: NDArray[np.float64]) -> bool:
 
 
 def family_of(unknowns: NDArray[np.float64], pairs: Collection[str] | None = None) -> str:
-    """Family of slip.families.branch.FAMILIES (Ding & Gan 2024, and trot TR and pace PC).
+    """Family of slip.model.naming.FAMILIES (Ding & Gan 2024, and trot TR and pace PC).
 
     Args:
         unknowns: of an orbit, (22,).
@@ -58,3 +58,23 @@ def family_of(unknowns: NDArray[np.float64], pairs: Collection[str] | None = Non
     if abs(unknowns[DPHI]) < STILL:
         return kind
     return kind + ("G" if unknowns[DPHI] > 0.0 else "E")
+
+
+FAMILIES = {
+    "PK": "pronk",
+    "BG": "bound, gathered suspension",
+    "BE": "bound, extended suspension",
+    "FG": "half-bound, front feet spread, gathered",
+    "FE": "half-bound, front feet spread, extended",
+    "HG": "half-bound, hind feet spread, gathered",
+    "HE": "half-bound, hind feet spread, extended",
+    "GG": "gallop, gathered suspension",
+    "GE": "gallop, extended suspension",
+    "B": "bound whose torso does not turn at the apex",
+    "F": "half-bound, front feet spread, whose torso does not turn at the apex",
+    "H": "half-bound, hind feet spread, whose torso does not turn at the apex",
+    "G": "gallop whose torso does not turn at the apex",
+    "TR": "trot",
+    "PC": "pace",
+}
+"""Names of the families (Ding & Gan 2024); TR and PC are ours."""

@@ -83,7 +83,7 @@ def integrate(
 
 
 def _error_norm(error5: Vector, error3: Vector, scale: Vector) -> float:
-    # the estimate of DOP853: Hairer, Norsett & Wanner (1993), II.10
+    # the estimate of DOP853: Hairer, Nørsett & Wanner (1993), II.10
     five, three = (float(error @ error) for error in (error5 / scale, error3 / scale))
     if five == 0.0 and three == 0.0:
         return 0.0

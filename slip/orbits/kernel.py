@@ -59,7 +59,7 @@ def step() -> Compiled:
     """One Runge-Kutta step and what its error estimate and its derivative need.
 
     (state (13,), contact (4,), parameters (7,), length [time]) -> state after it (13, 1); error estimates of order 5
-    and 3 (13, 1) each (Hairer, Norsett & Wanner 1993, II.10); rates at the stages (13, 12).
+    and 3 (13, 1) each (Hairer, Nørsett & Wanner 1993, II.10); rates at the stages (13, 12).
     """
     state, contact, parameters = _symbols()
     length = ca.SX.sym("length")

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slip.robot.quadruped import BASE_VELOCITIES, Quadruped
+from slip.robot.tolerances import Tolerances
 from symdyn.gait.symmetry import K4, Spatial
 from symdyn.robot.legs import JOINTS, LEGS
 
@@ -32,21 +33,6 @@ POSES = 48
 """Random poses that an equation is tried on, every angle anywhere on the circle."""
 
 _SEED = 0
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """How far off an element may be and count as a symmetry.
-
-    Attributes:
-        kinematics: foot position, relative to the largest distance of a foot from its hip.
-        mass: mass matrix, relative.
-        limits: joint limits, rad.
-    """
-
-    kinematics: float = 1e-3
-    mass: float = 1e-2
-    limits: float = 1e-2
 
 
 @dataclass(frozen=True)

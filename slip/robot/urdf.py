@@ -24,6 +24,7 @@ from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import robots_folder, urdf_path
 from symdyn.robot.legs import LEGS, is_front, is_left
 from symdyn.robot.robot_file import get_robot
+from symdyn.robot.urdf_numbers import check_numbers
 
 Chain = tuple[str, tuple[str, ...]]
 """A foot link and the joints from the trunk to it."""
@@ -107,6 +108,7 @@ def _read_model(urdf: Path) -> Any:
     root = _read_xml(urdf, "URDF")
     if root.find("link") is None:
         raise FileProblem(urdf, "is no URDF: it has no link.")
+    check_numbers(urdf)
     try:
         return pinocchio.buildModelFromUrdf(str(urdf), pinocchio.JointModelFreeFlyer())
     except Exception as error:  # Pinocchio raises what the parser beneath it raises

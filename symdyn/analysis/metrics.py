@@ -39,21 +39,21 @@ SETTLING_FLOOR = 0.1
 
 KEYS: Mapping[str, str] = MappingProxyType(
     {
-        "gc_stance": "1: share of legs and samples whose contact is not the desired one (paper)",
-        "gc_morph": "rad: time mean of the summed joint distance between legs that share an offset (paper)",
+        "gc_stance": "1: share of time that feet are in the wrong contact state; 0 is perfect (paper)",
+        "gc_morph": "rad: difference in joint angles between legs in phase, summed over pairs, mean over time (paper)",
         "gc": "1: gait consistency, gc_stance + gc_morph (paper)",
         "rmsne": f"1: root mean square normalised velocity error, epsilon {RMSNE_EPSILON:g} (paper)",
-        "cot": "1: cost of transport, positive mechanical work per weight and distance (paper)",
+        "cot": "1: cost of transport, positive mechanical work divided by weight and distance (paper)",
         "speed": "m/s: mean forward velocity over whole strides",
-        "speed_error": "m/s: distance of the mean forward velocity over whole strides from the command",
-        "y_error": "m/s: distance of the mean lateral velocity over whole strides from the command",
-        "yaw_error": "rad/s: distance of the mean yaw rate over whole strides from the command",
+        "speed_error": "m/s: error of the mean forward velocity over whole strides",
+        "y_error": "m/s: error of the mean lateral velocity over whole strides",
+        "yaw_error": "rad/s: error of the mean yaw rate over whole strides",
         "settling_time": "s: until the stride-averaged forward velocity stays near the command; inf if it never does",
-        "phase_error": "strides: mean distance of a touchdown from its commanded phase, the common lag removed",
-        "phase_lag": "strides: how much later than commanded the legs land on average (negative: earlier)",
-        "duty_error": "1: mean distance of a leg's realised duty factor from the commanded one",
-        "gait_identity": "1: share of strides whose touchdowns are nearest to the commanded gait of all in the library",
-        "symmetry_residual": "strides: how far the touchdowns are from the symmetry H of the commanded gait",
+        "phase_error": "strides: mean error of a touchdown phase, without the lag that is common to all legs",
+        "phase_lag": "strides: mean delay of the touchdowns (negative: early)",
+        "duty_error": "1: mean error of the duty factor of a leg",
+        "gait_identity": "1: share of strides in the commanded gait: it is the nearest gait of the library",
+        "symmetry_residual": "strides: mean deviation of the touchdowns from the symmetry H of the commanded gait",
     }
 )
 """What :func:`summarise` returns, as ``unit: meaning``; 1 is the unit of a bare number."""

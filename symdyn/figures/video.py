@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +55,7 @@ def check_format(path: Path) -> None:
             import imageio_ffmpeg  # noqa: F401
         except ModuleNotFoundError:
             raise ResourceProblem(
-                "MP4 needs imageio-ffmpeg, which is not installed: pip install 'symdyn-gaits[video]', or take a GIF."
+                "MP4 needs imageio-ffmpeg, which is not installed: pip install imageio-ffmpeg, or write a .gif."
             ) from None
 
 
@@ -93,9 +95,21 @@ def _write_mp4(path: Path, pictures: Iterator[Frame], fps: int) -> None:
         str(path), (width, height), fps=fps, macro_block_size=2, quality=7, ffmpeg_log_level="error"
     )
     stream.send(None)
+    sent = 0
     try:
-        stream.send(np.ascontiguousarray(first))
-        for picture in pictures:
+        for picture in chain([first], pictures):
             stream.send(np.ascontiguousarray(picture))
+            sent += 1
+    except OSError as error:  # of the pipe to the encoder, which has ended; its own words follow in the text
+        words = [line.strip() for line in str(error).splitlines() if line.strip()]
+        raise OSError(f"the encoder failed ({words[-1] if words else error})") from error
     finally:
-        stream.close()
+        with contextlib.suppress(OSError):
+            stream.close()
+    # the encoder keeps frames back, so that what fails with the last of them is told by nothing but the file
+    try:
+        written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))
+    except RuntimeError:
+        written = 0
+    if written != sent:
+        raise OSError(f"the encoder wrote {written} of {sent} frames; the disk may be full")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import shlex
 import sys
 from typing import IO, Any
 
@@ -49,6 +50,23 @@ def make_console(lasting: bool = False) -> Console:
         lasting: for work that must not end because nobody reads it any more, or the disk that it is written to is full.
     """
     return Console(highlight=False, file=_Unreadable(sys.stdout) if lasting else None)  # type: ignore[arg-type]
+
+
+def print_command(console: Console, *words: object, comment: str = "") -> None:
+    """Print a command that can be pasted: quoted as a shell wants it, in one line however narrow the terminal.
+
+    Args:
+        console: to print on.
+        words: program, options and their values; paths may hold spaces.
+        comment: what the command does.
+    """
+    line = shlex.join(map(str, words))
+    console.print(f"  {line}{f'   # {comment}' if comment else ''}", soft_wrap=True, markup=False)
+
+
+def print_written(console: Console, text: str) -> None:
+    """Print a sentence with paths in it, which are not to be broken."""
+    console.print(text, soft_wrap=True, markup=False)
 
 
 def frames_progress(console: Console) -> Progress:

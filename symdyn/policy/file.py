@@ -22,11 +22,15 @@ from symdyn.errors import FileProblem, InvalidValue, PolicyMismatch
 from symdyn.gait.library import Gait
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.steering import HeadingHold
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 from symdyn.robot.robot_file import ROBOTS, get_robot
 
 METADATA_KEY = "symdyn"
+GOLDEN_KEY = "symdyn_golden"
+"""Metadata key of the golden trace (symdyn.policy.golden)."""
+
 INPUT, OUTPUT = "obs", "actions"
 
 _LARGEST = 256 * 2**20
@@ -48,6 +52,9 @@ class Policy:
         self.metadata = metadata
         self.robot = metadata.applied_to(robot)
 
+    def __deepcopy__(self, memo: object) -> Policy:
+        return self  # nothing in it ever changes
+
     @classmethod
     def load(cls, path: Path | str, robot: Robot | None = None) -> Policy:
         """Read a policy file.
@@ -58,7 +65,8 @@ class Policy:
 
         Raises:
             FileProblem: if the file is missing, no ONNX, not whole in itself, or lacks sound metadata.
-            PolicyMismatch: if it was made for another robot or format, or observes what this symdyn cannot supply.
+            PolicyMismatch: if it was made for another robot or format, observes what this symdyn cannot supply, or its
+                golden trace comes out otherwise.
         """
         path = Path(path)
         session = _open_session(path)
@@ -73,11 +81,24 @@ class Policy:
         _check_tensor(path, "output", session.get_outputs(), OUTPUT, len(JOINTS))
         policy = cls(session, metadata, robot)
         policy._try_out(path)
+        golden_trace = session.get_modelmeta().custom_metadata_map.get(GOLDEN_KEY)
+        if golden_trace is not None:  # older files have none
+            from symdyn.policy import golden  # which uses this module
+
+            golden.check(policy, golden_trace, path)
         return policy
 
     def with_timing(self, timing: TimingCurve) -> Policy:
         """The same network under other curves."""
         return Policy(self._session, replace(self.metadata, timing=timing), self.robot)
+
+    def with_heading_hold(self, hold: HeadingHold) -> Policy:
+        """The same network with another heading hold; itself, if it is not steered."""
+        steering = self.metadata.steering
+        if steering is None:
+            return self
+        steering = replace(steering, heading_hold=hold)
+        return Policy(self._session, replace(self.metadata, steering=steering), self.robot)
 
     @property
     def timing(self) -> TimingCurve:
@@ -170,10 +191,12 @@ def _open_session(path: Path) -> onnxruntime.InferenceSession:
 
 
 def _sentence(error: Exception) -> str:
-    """The first line of onnxruntime's text without its codes and the full stop."""
+    """The reason in onnxruntime's text: without its codes, without where in its source it arose, and without a stop."""
     text = re.sub(r"^\[ONNXRuntimeError\] : \d+ : \w+ : ", "", str(error)).strip()
     line = text.splitlines()[0] if text else type(error).__name__
-    return line[:200].rstrip(". ")
+    # /src/onnxruntime/model.cc:181 onnxruntime::Model::Model(ModelProto&&, const PathString&, ...) The reason
+    line = re.sub(r"(?:^|(?<=: ))\S+\.(?:cc|h|cpp):\d+ .*?\)(?: const)?(?: \[with [^\]]*\])? (?=[A-Z\w])", "", line)
+    return line.rstrip(". ")
 
 
 def _check_tensor(path: Path, role: str, tensors: Any, name: str, size: int) -> None:

@@ -16,6 +16,9 @@ from symdyn.gait.symmetry import Spatial
 
 Kind = Literal["polar_b", "axial_b", "joint", "planar_velocity_b", "leg", "invariant"]
 
+FRAMES: Mapping[str, str] = {"polar_b": "body", "axial_b": "body", "planar_velocity_b": "heading"}
+"""Frame of a term by its kind: body is x forward, y left, z up of the trunk; heading is the world turned by its yaw."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -124,5 +127,17 @@ class Layout:
         return np.concatenate([start + index for start, index, _ in parts]), np.concatenate([s for _, _, s in parts])
 
     def as_list(self) -> list[dict[str, Any]]:
-        """The table that the policy file carries: name, size, scale of each term, in order."""
-        return [{"name": t.name, "size": t.size, "scale": t.scale} for t in self.terms]
+        """The table that the policy file carries, in order: name, size and scale of each term; what each number is, its
+        unit before scaling, and the frame."""
+        return [
+            {
+                "name": t.name,
+                "size": t.size,
+                "scale": t.scale,
+                "labels": list(t.labels),
+                "unit": t.unit,
+                "frame": FRAMES.get(t.kind, "none"),
+                "meaning": t.meaning,
+            }
+            for t in self.terms
+        ]

@@ -54,12 +54,15 @@ class Sensed:
         joint_pos: (n, 12) rad.
         joint_vel: (n, 12) rad/s.
         angular_velocity_b: (n, 3) rad/s, the gyroscope; None for a driver without one.
+        heading: (n,) yaw of the trunk, rad, from any origin; None for a driver without one. No policy observes it:
+            heading hold goes by it (symdyn.policy.steering).
     """
 
     gravity_b: Array
     joint_pos: Array
     joint_vel: Array
     angular_velocity_b: Array | None = None
+    heading: Array | None = None
 
 
 SENSORS: tuple[str, ...] = tuple(field.name for field in fields(Sensed))
@@ -148,12 +151,12 @@ def read_layout(table: Iterable[Mapping[str, Any]], origin: object) -> Layout:
     """The layout that a policy file carries.
 
     Args:
-        table: of :meth:`symdyn.policy.layout.Layout.as_list`: name, size and scale of each term. The scales are the
-            file's, whatever :data:`TERMS` says.
+        table: of :meth:`symdyn.policy.layout.Layout.as_list`: name, size and scale of each term, and labels but for
+            older files. The scales are the file's, whatever :data:`TERMS` says.
         origin: what to call the file in an error.
 
     Raises:
-        PolicyMismatch: if a term is unknown, of another size, or stands twice.
+        PolicyMismatch: if a term is unknown, of another size or order, or stands twice.
     """
     found: dict[str, Term] = {}
     for entry in table:
@@ -165,6 +168,12 @@ def read_layout(table: Iterable[Mapping[str, Any]], origin: object) -> Layout:
         if size != TERMS[name].size:
             raise PolicyMismatch(
                 f"{origin}: observes {name!r} with {size} numbers, but this symdyn supplies {TERMS[name].size}."
+            )
+        labels = tuple(entry.get("labels", TERMS[name].labels))
+        if labels != TERMS[name].labels:
+            raise PolicyMismatch(
+                f"{origin}: observes {name!r} in the order {' '.join(map(str, labels))}, but this symdyn supplies "
+                f"{' '.join(TERMS[name].labels)}."
             )
         if name in found:
             raise PolicyMismatch(f"{origin}: observes {name!r} twice.")

@@ -58,6 +58,9 @@ def test_evaluate_writes_metrics_report_and_figures(run, tmp_path):
     assert done.returncode == 0, done.stderr
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert metrics["suite"] == "quick"
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert report.index("## Verdict") < report.index("## Each gait")
+    assert "**Failed: the robot " in report  # three updates make no policy
     assert set(metrics) >= {"suite", "policy", "seeds", "protocol", "gaits", "transitions", "keys"}
     wanted = {"gc_stance", "gc_morph", "gc", "rmsne", "cot", "speed_error", "settling_time", "phase_error"}
     for by_speed in metrics["gaits"].values():

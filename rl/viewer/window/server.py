@@ -14,8 +14,6 @@ import viser
 
 from symdyn.errors import InvalidValue, ResourceProblem
 
-DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 8080
-
 _OLDEST_VISER = (1, 1)
 """Earlier ones hand out every file of this computer to whoever reaches the port (path traversal)."""
 

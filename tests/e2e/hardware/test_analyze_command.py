@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.logs.contents import read_contents
 from hardware.logs.observed import observe
 from hardware.wire.channels import IMU, JOINTS, SESSION, TARGETS, TICK, TRUTH

@@ -133,3 +133,14 @@ def test_a_fault_begins_when_the_robot_is_told_to_run_and_the_reaction_is_measur
         assert fault["first_damping_monotonic"] == pytest.approx(begun, abs=0.5)
         assert fault["reaction_s"] == pytest.approx(fault["first_damping_monotonic"] - fault["began_monotonic"])
         assert fault["reaction_s"] > 0.4
+
+
+def test_a_second_robot_on_a_busy_url_is_refused(tmp_path):
+    url = multicast_url()
+    with listening(url) as (link, _), robot_sim(url, cwd=tmp_path):
+        wait_for(lambda: link.latest(IMU) is not None)
+        with robot_sim(url, cwd=tmp_path) as second:
+            _, err = second.communicate(timeout=PATIENCE)
+            assert second.returncode == 2
+            assert "Another robot already publishes" in err
+            assert url in err

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from slip.families.branch import FAMILIES
 from slip.families.store import load
+from slip.model.naming import FAMILIES
 from slip.model.parameters import REFERENCE
 from slip.orbits.orbit import residual
 from symdyn_cli.main import main

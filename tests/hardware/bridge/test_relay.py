@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from hardware.bridge.relay import GENTLE_KP, PERIOD, SILENCE_S, STALL_S, Relay, State
+from hardware.bridge.relay import Relay, State
+from hardware.bridge.settings import GENTLE_KP, PERIOD, SILENCE_S, STALL_S
 from hardware.dds.messages import LOW_CMD_CODEC, damps, targets_message
 from hardware.wire.messages import pd_tau_targets_lcmt
 

@@ -14,12 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.cli import calibrate_feet
+from hardware.cli.arguments.calibrate_feet import parse
 from hardware.estimation.calibration import LEAST_SAMPLES, FootCalibration, NoTwoModes, calibrate, otsu, read_raw
-from hardware.estimation.contact import ContactConfig, FootContact
+from hardware.estimation.contact import FootContact
 from hardware.estimation.ground_force import GroundForce
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.robot_sim.sensors import NO_NOISE
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import IMU, TRUTH, encode
 from hardware.wire.event_log import LogWriter
 from hardware.wire.messages import state_estimator_lcmt
@@ -318,9 +320,9 @@ def test_a_log_of_something_else(tmp_path: Path) -> None:
 
 def test_command(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, figure = tmp_path / "feet.json", tmp_path / "feet.png"
-    assert calibrate_feet.run([str(log), "--out", str(out), "--figure", str(figure)]) == 0
+    assert calibrate_feet.run(parse([str(log), "--out", str(out), "--figure", str(figure)])) == 0
     calibration = FootCalibration.load(out)
     printed = capsys.readouterr().out
-    assert "--contact.thresholds " + " ".join(f"{t:.1f}" for t in calibration.thresholds) in " ".join(printed.split())
+    assert f"symdyn deploy POLICY.onnx --feet {out}" in printed
     assert figure.read_bytes().startswith(b"\x89PNG")
     assert calibration.source == str(log)

@@ -15,8 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hardware.estimation.contact import ContactConfig, FootContact
-from hardware.estimation.velocity import Estimate, EstimatorConfig, VelocityEstimator
+from hardware.estimation.contact import FootContact
+from hardware.estimation.settings import ContactConfig, EstimatorConfig
+from hardware.estimation.velocity import Estimate, VelocityEstimator
 from hardware.wire.readings import Imu, Joints
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import PAPER_GAITS

@@ -12,8 +12,8 @@ from matplotlib.colors import to_rgba
 
 from hardware.control.faults import FAULTS
 from hardware.control.settings import Settings
-from hardware.estimation.contact import ContactConfig
 from hardware.estimation.kinematics import LegKinematics
+from hardware.estimation.settings import ContactConfig
 from hardware.logs.contents import read_contents
 from hardware.logs.observed import observe, summarise
 from hardware.logs.report import Analysis, analyse, write
@@ -143,7 +143,9 @@ def test_a_session_that_never_ran(tmp_path):
     made, gaits = session("trot", seconds=1.0)
     path = write_session(tmp_path / "run.lcmlog", made, gaits, states=["stand"] * len(gaits))
     analysis = analysed(path)
-    assert analysis.metrics["problems"] == ["The policy never ran."]
+    assert analysis.metrics["problems"] == [
+        "The policy never ran: there is no gait to judge. Press R1 twice to get from Passive to Run."
+    ]
     assert set(analysis.figures) == {"torques.png", "timing.png"}
     assert "## Gaits" not in write(analysis, tmp_path).read_text()
 

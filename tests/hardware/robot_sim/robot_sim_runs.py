@@ -8,7 +8,7 @@ from itertools import cycle
 
 import numpy as np
 
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.readings import Imu, Joints, Targets
 from hardware.wire.sdk_order import LEGS_FROM_SDK
 from rl.physics.model import force_sensor

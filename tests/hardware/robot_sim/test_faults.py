@@ -13,7 +13,7 @@ from hardware.robot_sim.effects import FOREIGN_SENDER
 from hardware.robot_sim.faults import FAULTS, get_fault
 from hardware.robot_sim.rig import FALLEN_HEIGHT, PlannedFault, Rig
 from hardware.robot_sim.scenarios import get_scenario
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, TRUTH, WrongMessage, decode
 from hardware.wire.readings import Joints, Joystick, Targets
 from hardware.wire.sdk_order import SDK_JOINTS

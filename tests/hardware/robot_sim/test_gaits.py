@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.robot_sim.world import TRAINING, UNITREE, World
 from hardware.wire.readings import Imu, Joints, Targets
 from hardware.wire.sdk_order import LEGS_FROM_SDK

@@ -14,7 +14,7 @@ from hardware.control.joystick import JoystickConfig
 from hardware.robot_sim.effects import FOREIGN_SENDER
 from hardware.robot_sim.joystick_operator import PRESSED_S, JoystickOperator, Seen, Step
 from hardware.robot_sim.scenarios import SCENARIOS, SPEED, get_scenario
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.robot_sim.target_monitor import MEMORY, TargetMonitor
 from hardware.wire.readings import BUTTONS, Joints, Joystick, Targets
 from symdyn.errors import UnknownName

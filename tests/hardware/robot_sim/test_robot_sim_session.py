@@ -11,7 +11,7 @@ from hardware.robot_sim.ends import LcmEnd
 from hardware.robot_sim.rig import Rig
 from hardware.robot_sim.scenarios import get_scenario
 from hardware.robot_sim.session import STALL_S, Session
-from hardware.robot_sim.simulated_robot import PERIOD
+from hardware.robot_sim.settings import PERIOD
 from hardware.wire.channels import JOINTS, TARGETS
 from hardware.wire.link import Link
 from tests.hardware.lcm_urls import multicast_url

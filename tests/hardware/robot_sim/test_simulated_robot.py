@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hardware.robot_sim.sensors import FOOT_GAIN, FOOT_OFFSET, NO_NOISE, SensorNoise
-from hardware.robot_sim.simulated_robot import PERIOD, SimulatedRobot
+from hardware.robot_sim.settings import PERIOD
+from hardware.robot_sim.simulated_robot import SimulatedRobot
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, state_estimator_lcmt
 from hardware.wire.readings import Imu, Joints, Targets
 from hardware.wire.sdk_order import SDK_JOINTS, SDK_LEGS

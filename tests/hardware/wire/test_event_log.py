@@ -151,6 +151,23 @@ class TestDamage:
         reader = LogReader(path)
         assert contents(reader) == [("a", b"12345"), ("a", b"12345"), ("b", b"67890")]
         assert reader.skipped == 28 + 1 + 2
+        with pytest.raises(FileProblem, match="holds two logs"):
+            reader.check_single()
+
+    def test_logs_joined_are_parted_by_the_commands_that_the_message_gives(self, folder):
+        path = write(folder / "first log.lcmlog", [("a", b"12345"), ("b", b"67890")])
+        one = path.read_bytes()
+        path.write_bytes(one + one)
+        reader = LogReader(path)
+        list(reader)
+        with pytest.raises(FileProblem) as raised:
+            reader.check_single()
+        commands = str(raised.value).split("Separate them: ")[1]
+        subprocess.run(["bash", "-c", commands], cwd=folder, check=True)
+        assert (folder / "first.lcmlog").read_bytes() == (folder / "second.lcmlog").read_bytes() == one
+        single = LogReader(folder / "first.lcmlog")
+        list(single)
+        single.check_single()
 
     def test_unknown_channels_are_counted_and_named(self, folder):
         path = write(folder / "u.lcmlog", [("camera", b""), ("lidar", b""), ("camera", b""), (TICK, b"")])

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from hardware.wire import clock
-from hardware.wire.channels import IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage
-from hardware.wire.link import DEFAULT_URL, Link, check_url
+from hardware.wire.channels import DEFAULT_URL, IMU, JOINTS, JOYSTICK, TARGETS, WrongMessage
+from hardware.wire.link import Link, check_url
 from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, rc_command_lcmt, state_estimator_lcmt
 from symdyn.errors import InvalidValue, ResourceProblem
 from tests.hardware.lcm_urls import multicast_url

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import rl.judging.sweep
-from rl.judging.sweep import CSV_TABLE, JSON_TABLE, SweepConfig, sweep
+from rl.judging.sweep import CSV_TABLE, JSON_TABLE, sweep
+from rl.judging.sweep_config import SweepConfig
 from symdyn.analysis import trials
 from symdyn.errors import FileProblem, InvalidValue, SymdynError
 from symdyn.gait.timing import TimingCurve

@@ -20,15 +20,16 @@ import torch
 from tensordict import TensorDict
 
 from rl.learning import checkpoint, config_file, export, run_dir
-from rl.learning.config import TrainConfig, preset
+from rl.learning.config import TrainConfig
 from rl.learning.export import export_policy
+from rl.learning.presets import preset
 from rl.learning.trainer import Trainer
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.gait.timing import GRAVITY, TimingCurve
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import rebuild
-from symdyn.policy.file import METADATA_KEY, Policy
+from symdyn.policy.file import GOLDEN_KEY, METADATA_KEY, Policy
 from symdyn.policy.observation import LAYOUTS
 from tests.robots import GO2
 
@@ -132,7 +133,7 @@ class TestGood:
 
     def test_metadata_has_the_keys_of_the_contract(self, exported: Path) -> None:
         props = {p.key: p.value for p in onnx.load(exported).metadata_props}
-        assert set(props) == {METADATA_KEY}
+        assert set(props) == {METADATA_KEY, GOLDEN_KEY}
         data = json.loads(props[METADATA_KEY])
         assert set(data) == {
             "format_version", "robot", "joint_names", "default_joint_pos", "action_scale", "kp", "kd", "control_dt",

@@ -15,7 +15,8 @@ from matplotlib.colors import to_rgb
 import rl.pictures.film as gait_film
 from rl.judging.simulate import Episode, Script, Segment, run
 from rl.physics.model import foot_site
-from rl.pictures.film import FilmConfig, frames
+from rl.pictures.film import frames
+from rl.pictures.film_config import FilmConfig
 from rl.pictures.robot import RobotPictures
 from rl.pictures.side_camera import side_views
 from rl.pictures.visual_model import VISUAL_GROUP

@@ -11,7 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from slip.curves.parallel import Workers, run_cells
+from slip.curves.parallel import run_cells
+from slip.curves.settings import Workers
 from symdyn.errors import InvalidValue
 
 

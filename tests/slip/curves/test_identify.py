@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slip.curves.identify import IdentifyConfig, identify
+from slip.curves.identify import identify
+from slip.curves.settings import IdentifyConfig
 from slip.families.continuation import StepConfig, point, trace
 from slip.families.junction import crossings
 from slip.families.rest import pronk_in_place

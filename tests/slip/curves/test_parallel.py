@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 
-from slip.curves.parallel import CELLS, SETTINGS, Outcome, Workers, run_cells
+from slip.curves.parallel import CELLS, SETTINGS, Outcome, run_cells
+from slip.curves.settings import Workers
 from symdyn.errors import FileProblem, InvalidValue, ResourceProblem
 from tests.slip.curves import parallel_work
 from tests.slip.curves.parallel_work import die, slow_cells, slow_square, square

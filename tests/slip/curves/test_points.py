@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from slip.curves.fit import fit_curves
-from slip.curves.points import PassiveOrbits, Selection
+from slip.curves.points import PassiveOrbits
+from slip.curves.settings import Selection
 from slip.families.branch import Branch
 from slip.families.continuation import StepConfig
 from slip.families.explore import ExploreConfig, explore

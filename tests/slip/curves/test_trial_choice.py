@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slip.curves.fit import fit_curves
-from slip.curves.trial_choice import NO_GAIT, ChoiceConfig, choose
+from slip.curves.settings import ChoiceConfig
+from slip.curves.trial_choice import NO_GAIT, choose
 from symdyn.analysis.trials import Trial
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import GRAVITY, TimingCurve

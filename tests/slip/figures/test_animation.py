@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from slip.figures.animation import AnimationConfig, animate, frames, slowed, spring
+from slip.figures.animation import animate, frames, slowed, spring
+from slip.figures.animation_config import AnimationConfig
 from slip.robot.units import Units
 from symdyn.errors import FileProblem, InvalidValue, ResourceProblem
 from symdyn.figures.plots import LEG_COLOURS

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -6,10 +7,10 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from slip.families.branch import FAMILIES as KNOWN_FAMILIES
 from slip.families.branch import Branch, Diagram, Junction
 from slip.figures.diagram import FAMILY_COLOURS, QUANTITIES, branch_diagram, described
 from slip.figures.orbit import SAMPLES, STRIDES, caption, orbit_figure
+from slip.model.naming import FAMILIES as KNOWN_FAMILIES
 from slip.model.parameters import REFERENCE
 from slip.model.unknowns import DPHI, DX, PERIOD, Y
 from slip.orbits.trajectory import sample
@@ -51,7 +52,8 @@ FIGURES = {
     "bound_in_si": lambda: orbit_figure(orbit("BG"), "BG", "Independent check: 2.1e-11.", GO2_UNITS),
     "hop": lambda: orbit_figure(hop(), "pronk in place"),
 }
-every_figure = pytest.mark.parametrize("make", FIGURES.values(), ids=FIGURES.keys())
+# each is made once: no test changes it
+every_figure = pytest.mark.parametrize("make", [cache(make) for make in FIGURES.values()], ids=FIGURES.keys())
 
 
 def texts(figure: Figure) -> dict[str, tuple[float, float, float, float]]:

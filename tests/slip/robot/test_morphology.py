@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from slip.robot.known import KNOWN_ROBOTS
-from slip.robot.morphology import Element, Morphology, Tolerances, find_morphology, group_name
+from slip.robot.morphology import Element, Morphology, find_morphology, group_name
 from slip.robot.quadruped import BASE_VELOCITIES, Quadruped
+from slip.robot.tolerances import Tolerances
 from slip.robot.urdf import load_robot, load_urdf
 from symdyn.gait.symmetry import K4, PAIRS, pair_joint_signs
 from symdyn.robot.descriptions import robots_folder, urdf_path

@@ -211,6 +211,18 @@ class TestBadFile:
         monkeypatch.setattr(symdyn.policy.file, "_EXTERNAL_MARK", b"the check that recognises it is passed by")
         assert_refused(path, FileProblem, "External data path")
 
+    def test_a_file_of_a_newer_format_is_refused_with_the_reason(self, path: Path) -> None:
+        model = network()
+        helper.set_model_props(model, {METADATA_KEY: METADATA.to_json()})
+        model.ir_version = 99
+        path.write_bytes(model.SerializeToString())
+        with pytest.raises(FileProblem) as raised:
+            Policy.load(path)
+        assert "(Unsupported model IR version: 99, max supported IR version" in str(raised.value)
+        model.ir_version, model.opset_import[0].version = 8, 99
+        path.write_bytes(model.SerializeToString())
+        assert_refused(path, FileProblem, "Opset 99", "Current official support for domain ai.onnx is till opset")
+
     def test_no_metadata(self, path: Path) -> None:
         onnx.save(network(), path)
         assert_refused(path, FileProblem, "no policy of symdyn", METADATA_KEY)

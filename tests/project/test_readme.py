@@ -1,0 +1,71 @@
+"""README: its commands parse, its Python runs, its BibTeX is that of the bibliography, it is short."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from symdyn.errors import SymdynError
+from symdyn_cli.commands import GROUPS
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+
+
+def command_lines() -> list[str]:
+    """Lines that call symdyn, without comment and without the sign for the background."""
+    lines = [line.split("   #")[0].split(" # ")[0] for block in blocks("sh") for line in block.splitlines()]
+    return [line.strip().removesuffix("&").strip() for line in lines if "bin/symdyn " in line]
+
+
+@pytest.mark.parametrize("line", command_lines())
+def test_a_command_line_is_understood(line, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    _, name, *arguments = shlex.split(line)
+    try:
+        importlib.import_module(COMMANDS[name].arguments).parse(arguments)
+    except SymdynError as error:  # of a run that the reader has made and this test has not
+        assert "runs/mine" in str(error)
+
+
+def test_every_command_has_a_line_and_every_group_a_heading():
+    shown = {shlex.split(line)[1] for line in command_lines()}
+    assert set(COMMANDS) - shown == {"completion"}
+    assert "symdyn completion bash" in README
+    for group in GROUPS:
+        assert group in README or group == "Type less"
+
+
+def test_the_python_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    (code,) = blocks("python")
+    exec(compile(code, "README.md", "exec"), {})
+    said = capsys.readouterr()
+    assert said.out.startswith("K=1 H=<g_r>")
+    assert said.err == ""  # nothing is searched: what the snippet needs comes with symdyn
+
+
+def test_the_bibtex_is_that_of_the_bibliography():
+    (entry,) = blocks("bibtex")
+    assert entry.splitlines()[:-2] == _paper().splitlines()[: len(entry.splitlines()) - 2]
+
+
+def _paper() -> str:
+    text = (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")
+    return text[text.index("@misc{ding2025towards") :]
+
+
+def test_the_first_screen_says_what_for_and_what_is_missed():
+    first = README.split("## Two commands")[0]
+    assert first.count("\n") < 25
+    for word in ("Not reached", "docs/results.md", "go2.gif", "goal"):
+        assert word in first
