@@ -23,9 +23,8 @@ import numpy as np
 import tyro
 from rich.progress import Progress
 
-from benchmarks.bridged import GUARD, Bridged, await_mode, bridged
+from benchmarks.bridged import Bridged, await_mode, bridged
 from benchmarks.dds_ear import free_domain
-from benchmarks.robot_processes import WATCHDOG
 from hardware.dds.messages import LOW_CMD_CODEC, low_cmd
 from hardware.dds.node import LOW_CMD, Writer
 from hardware.dds.types import LowCmd
@@ -65,8 +64,8 @@ def _kill(pid: int) -> None:
 
 
 def _deployer_and_watchdog(its: Bridged) -> None:
-    guard = its.deployer.child(WATCHDOG)
-    _kill(guard)
+    watchdog, _ = its.guards
+    _kill(watchdog)
     _kill(its.deployer.process.pid)
 
 
@@ -85,7 +84,7 @@ OF_PROCESSES: dict[str, Callable[[Bridged], None]] = {
     "deployer and watchdog killed": _deployer_and_watchdog,
     "bridge killed": lambda its: _kill(its.bridge.process.pid),
     "bridge stopped": lambda its: os.kill(its.bridge.process.pid, signal.SIGSTOP),
-    "guard killed": lambda its: _kill(its.bridge.child(GUARD)),
+    "guard killed": lambda its: _kill(its.guards[1]),
     "Ctrl-C at the bridge": lambda its: os.kill(its.bridge.process.pid, signal.SIGINT),
     "second writer of LowCmd": _second_writer,
 }

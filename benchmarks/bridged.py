@@ -34,7 +34,7 @@ class Bridged:
         bridge: symdyn bridge.
         deployer: symdyn deploy.
         ear: on the robot's wire.
-        guards: numbers of the processes of watchdog and guard, from :func:`await_mode` on.
+        guards: numbers of the processes of watchdog and guard, in this order, from :func:`await_mode` on.
     """
 
     robot: Command

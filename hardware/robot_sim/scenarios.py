@@ -83,7 +83,7 @@ SCENARIOS: dict[str, Scenario] = {
         _GAITS,
     ),
     "unitree": Scenario(
-        "the same in the world of Unitree's simulator: slippery floor, joint friction, numb feet, motors at 2 ms",
+        "the six gaits in unitree_mujoco's world: slippery floor, joint friction, numb feet",
         _GAITS,
         UNITREE,
     ),
