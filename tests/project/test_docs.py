@@ -78,7 +78,7 @@ def test_every_setting_has_a_row_with_default_and_meaning(site):
     from rl.learning.presets import preset
 
     training = text_of(site / "reference" / "settings.html")
-    known = [flag for flag in flags(preset("paper")) if not flag.startswith("--env.curriculum.final.")]
+    known = [flag for flag in flags(preset("paper")) if flag != "--stages"]
     assert [flag for flag in known if f"{flag}\n" not in training] == []
     deployer = text_of(site / "reference" / "deployer.html")
     assert [flag for flag in flags(Settings()) if f"{flag}\n" not in deployer] == []
@@ -309,7 +309,7 @@ def test_a_gait_added_as_the_how_to_says_can_be_trained(changed_copy):
 
 def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_copy):
     copy = changed_copy("howto/reward.md")
-    weights = ("--env.rewards.power", "0.2", "--env.curriculum.final.power", "0.2", "--env.rewards.softness", "0")
+    weights = ("--env.rewards.power", "0.2", "--env.rewards.softness", "0")
     python("-m", "symdyn", "train", *TINY, *weights, "--out", "run", cwd=copy)
     record = json.loads((copy / "run" / "progress.jsonl").read_text())
     assert -0.2 <= record["reward/power"] < 0.0
