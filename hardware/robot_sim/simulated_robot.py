@@ -19,7 +19,9 @@ from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, s
 from hardware.wire.readings import Joints
 from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.robot.definition import Robot
+from symdyn.robot.descriptions import velocity_limits
 from symdyn.robot.legs import JOINTS
+from symdyn.robot.torque_speed import torque_range
 
 Floats = NDArray[np.float64]
 
@@ -101,6 +103,8 @@ class SimulatedRobot:
         self._motors = np.array([model.actuator(joint).id for joint in JOINTS])
         self._feet = np.array([model.sensor(name).adr[0] + np.arange(3) for name in foot_force_sensors])
         self._trunk = model.body(robot.trunk).id
+        self._peak_torque = model.actuator_forcerange[self._motors, 1].copy()
+        self._no_load_speed = velocity_limits(robot) if robot.torque_knee is not None else None
         root = model.body_jntadr[self._trunk]
         self._pos = slice(model.jnt_qposadr[root], model.jnt_qposadr[root] + 3)
         self._quat = slice(self._pos.stop, self._pos.stop + 4)
@@ -133,7 +137,7 @@ class SimulatedRobot:
     @property
     def torque_limit(self) -> Floats:
         """Of each motor, (12,) N m."""
-        return self.model.actuator_forcerange[self._motors, 1]
+        return self._peak_torque.copy()
 
     @property
     def tilt(self) -> float:
@@ -163,6 +167,7 @@ class SimulatedRobot:
         """Advance by one period of the messages."""
         before = self._velocity()
         self.data.xfrc_applied[self._trunk] = self.wrench_w + self._harness()
+        self._limit_torque()
         mujoco.mj_step(self.model, self.data)
         self._truth = self._sense(before)
         self._measured = self._sensors.measure(self._truth)
@@ -230,6 +235,13 @@ class SimulatedRobot:
         bias[self._motors, 2] = -kd
         self.data.ctrl[self._motors] = pos
 
+    def _limit_torque(self) -> None:
+        if self._no_load_speed is not None:
+            assert self.robot.torque_knee is not None
+            speed = self.data.qvel[self._joint_vel]
+            limits = torque_range(speed, self._peak_torque, self._no_load_speed, self.robot.torque_knee)
+            self.model.actuator_forcerange[self._motors] = np.column_stack(limits)
+
     def _wake(self) -> None:
         if not self._awake and self.time >= self._wakes_at:
             self._awake = True
@@ -245,6 +257,7 @@ class SimulatedRobot:
         self._drive(pose, *gains, 0.0, 0.0)
         for _ in range(round(_SETTLING / PERIOD)):
             self.data.xfrc_applied[self._trunk] = self._harness()
+            self._limit_torque()
             mujoco.mj_step(self.model, self.data)
         self.data.time = 0.0
         self._at_rest = start == "lying"
