@@ -8,10 +8,10 @@ import sys
 import time
 
 import torch
-from mujoco.batch import Batch
+from mujoco.batch import MODEL_FIELDS, Batch
 
 from benchmarks.result import Result, in_turns
-from rl.learning.config import preset
+from rl.learning.presets import preset
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.env import GaitEnv
@@ -26,8 +26,9 @@ _MANY = 2048
 
 def make_env(num_envs: int) -> GaitEnv:
     """The environment of the default preset."""
-    robot = get_robot(DEFAULT_ROBOT)
-    return GaitEnv(preset("cpu").env, BatchPhysics(build_model(robot), robot, num_envs), TimingCurve(), robot)
+    robot, config = get_robot(DEFAULT_ROBOT), preset("cpu")
+    physics = BatchPhysics(build_model(robot, engine=config.engine), robot, num_envs)
+    return GaitEnv(config.env, physics, TimingCurve(), robot)
 
 
 def bare_batch(env: GaitEnv) -> Batch:
@@ -35,9 +36,9 @@ def bare_batch(env: GaitEnv) -> Batch:
     physics = env.physics
     assert isinstance(physics, BatchPhysics)
     bare = Batch(physics.model, env.num_envs)
-    for name in ("body_mass", "geom_friction"):
-        bare.expand(name)[:] = physics.batch.expand(name)
-    bare.set_const()
+    for name in MODEL_FIELDS:
+        if (values := physics.batch.expanded(name)) is not None:
+            bare.expand(name)[:] = values
     return bare
 
 

@@ -10,7 +10,8 @@ import torch
 
 from benchmarks.environment import bare_batch
 from benchmarks.result import Result, in_turns
-from rl.learning.config import TrainConfig, preset
+from rl.learning.config import TrainConfig
+from rl.learning.presets import preset
 from rl.learning.trainer import Trainer
 from rl.physics.batch import BatchPhysics
 
@@ -25,7 +26,7 @@ def measure() -> list[Result]:
         full = Trainer(_with_precision(config, "off"), Path(folder))
         parts = _Parts(automatic)
         whole_s, parts_s, full_s = in_turns([automatic.update, parts.run, full.update], _ROUNDS)
-    samples = automatic.samples_per_iteration
+    samples = automatic.config.samples_per_iteration
     details = {"samples_per_s": samples / whole_s, "samples_per_s_of_parts": samples / parts_s}
     precision = {"samples_per_s_float32": samples / full_s}
     return [
@@ -50,7 +51,7 @@ class _Parts:
         assert isinstance(physics, BatchPhysics)
         self._physics = physics
         self._bare = bare_batch(trainer.env)
-        size = trainer.samples_per_iteration // self._ppo.mini_batches
+        size = trainer.config.samples_per_iteration // self._ppo.mini_batches
         rows = torch.randint(0, trainer.config.num_envs, (size,), generator=torch.Generator().manual_seed(0))
         self._batch = self._obs[rows]
 

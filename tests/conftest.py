@@ -45,10 +45,23 @@ REAL_TIME = frozenset(
         "test_realtime.py",
         "test_robot_sim_command.py",
         "test_robot_sim_session.py",
-        "test_runner.py",
     }
 )
 """Files whose tests run processes by the clock: marked ``realtime``, for ``make test`` to run them alone."""
+
+LONGEST = (
+    "test_docs.py",
+    "test_controller.py",
+    "test_notebooks.py",
+    "test_experiments.py",
+    "test_explore.py",
+    "test_identify.py",
+    "test_leg_order.py",
+    "test_velocity.py",
+    "test_export.py",
+    "test_trainer.py",
+)
+"""Slow files that take longest, the longest first: begun last, one of them would keep a single process busy."""
 
 SLOW = frozenset(
     {
@@ -86,6 +99,7 @@ SLOW = frozenset(
         "test_plots.py",
         "test_points.py",
         "test_record_command.py",
+        "test_runner.py",
         "test_scene.py",
         "test_simulated_robot.py",
         "test_slip_commands.py",
@@ -115,7 +129,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
     # slow files first: where files go to processes, the last ones are then short, and no process waits for another
     files = frozenset(name.partition("::")[0] for name in SLOW)
-    items.sort(key=lambda item: not among(item, files))
+    rank = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank) + (not among(item, files))))
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,8 @@ from typing import Any
 import griffe
 
 from hardware.control.settings import Settings
-from rl.learning.config import PRESETS, TrainConfig
+from rl.learning.config import TrainConfig
+from rl.learning.presets import PRESETS
 from symdyn.io.markdown import table
 
 _PAPER = "paper"

@@ -34,6 +34,7 @@ from symdyn.gait.library import Gait
 from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
 from symdyn.policy.observation import Sensed
+from symdyn.robot.frames import yaw
 
 _log = logging.getLogger(__name__)
 
@@ -326,7 +327,7 @@ class Controller:
             ready=(self.state is State.PASSIVE and fault is None) or (self.state is State.STAND and self._stood),
             acted=acted,
             gait=self._gait,
-            velocity_command=self._driver.velocity[0].copy(),
+            velocity_command=self._driver.command[0].copy(),
             phase=float(self._driver.phase[0]),
             period=float(timing.period[0]),
             duty=float(timing.duty[0]),
@@ -340,7 +341,8 @@ class Controller:
 
 def _sensed(joints: Joints, imu: Imu) -> Sensed:
     """What the messages tell of one robot: every sensor that an observation can need."""
-    return Sensed(imu.gravity_b[None], joints.pos[None], joints.vel[None], imu.angular_velocity_b[None])
+    heading = np.array([yaw(imu.quat_w)])
+    return Sensed(imu.gravity_b[None], joints.pos[None], joints.vel[None], imu.angular_velocity_b[None], heading)
 
 
 def policy_ticks(control_dt: float) -> int:

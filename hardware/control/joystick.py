@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from hardware.wire.readings import BUTTONS, SHOULDERS, Joystick
@@ -91,7 +90,7 @@ class JoystickConfig:
 
     def gaits(self) -> Mapping[str, Gait]:
         """The gait of each button of :data:`hardware.wire.readings.BUTTONS`."""
-        return MappingProxyType({button: self.buttons.gait(button) for button in BUTTONS})
+        return {button: self.buttons.gait(button) for button in BUTTONS}
 
     def velocity(self, joystick: Joystick) -> tuple[float, float, float]:
         """The velocity that the sticks ask for: v_x, v_y (m/s, left positive), yaw rate (rad/s, left positive)."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import cycle
 
 from hardware.control.controller import Controller, Inputs, Request, Tick
 from hardware.robot_sim.rig import Rig
@@ -38,6 +37,7 @@ class Lockstep:
     """Steps both sides in turn.
 
     Messages take no time from the robot to the controller, and targets take effect in the robot's next period.
+    ``copy.deepcopy`` gives one that goes on from the same moment in the same way.
 
     Args:
         controller: at 200 ticks a second.
@@ -55,23 +55,23 @@ class Lockstep:
         self.time = 0.0
         self.refused: Counter[str] = Counter()
         self._latest: dict[str, Received] = {}
-        self._periods = cycle(_PERIODS)
-        self._number = 0
+        self._ticks = self._sent = 0
 
     def ticks(self, seconds: float) -> Iterator[Moment]:
         """Go on for so long; every tick as it is done."""
         end = self.time + seconds
         while self.time < end - PERIOD / 2:
-            for _ in range(next(self._periods)):
+            for _ in range(_PERIODS[self._ticks % len(_PERIODS)]):
                 self.time = whole_microseconds(self.time + PERIOD)
                 for channel, data in self.rig.tick(self.time):
                     self._take(channel, data)
             latest = self._latest.get
             inputs = Inputs(latest(JOINTS), latest(IMU), latest(JOYSTICK), self.requests)
             tick = self.controller.tick(self.time, inputs)
+            self._ticks += 1
             if tick.targets is not None:
-                self._number += 1
-                self.rig.receive(self.time, tick.targets.message(self._number, SENDER))
+                self._sent += 1
+                self.rig.receive(self.time, tick.targets.message(self._sent, SENDER))
             yield Moment(self.time, inputs, tick)
 
     def run(self, seconds: float) -> list[Moment]:

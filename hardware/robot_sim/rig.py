@@ -88,17 +88,28 @@ class Rig:
         self.damping_after_fault: float | None = None
         self.max_tilt = 0.0
         self.fell_at: float | None = None
-        self._plan = fault
+        self._plan: PlannedFault | None = None
         self._effect: Effect | None = None
-        if fault is not None:
-            kind = get_fault(fault.name)
-            self._effect = kind.effect(kind.size if fault.size is None else fault.size, robot, seed)
-            self._lasts = kind.lasts if fault.lasts is None else fault.lasts
+        self._begins_at: float | None = None
+        self._lasts = self._ends_at = math.inf
         self._active = self._over = False
-        self._begins_at: float | None = fault.at if fault is not None and fault.since == "start" else None
-        self._ends_at = math.inf
         self._ticks = 0
         self._doing = ""
+        if fault is not None:
+            self.plan(fault, seed)
+
+    def plan(self, fault: PlannedFault, seed: int = 0) -> None:
+        """Let something go wrong; to be called once, before what the fault counts from.
+
+        Args:
+            fault: what goes wrong.
+            seed: of what is random in it.
+        """
+        kind = get_fault(fault.name)
+        self._plan = fault
+        self._effect = kind.effect(kind.size if fault.size is None else fault.size, self.robot, seed)
+        self._lasts = kind.lasts if fault.lasts is None else fault.lasts
+        self._begins_at = fault.at if fault.since == "start" else None
 
     def receive(self, now: float, message: pd_tau_targets_lcmt) -> None:
         """Targets have come, at ``now`` s of the caller's clock."""
@@ -107,7 +118,7 @@ class Rig:
         mode = self.monitor.mode
         if mode != before:
             _log.info("%7.2f s: the robot is told to be %s", self.robot.time, mode)
-            self._plan_fault(mode)
+            self._time_fault(mode)
         began = self.fault_began
         if mode == "damping" and began is not None and now >= began and self.damping_after_fault is None:
             self.damping_after_fault = now
@@ -150,7 +161,7 @@ class Rig:
             self.fell_at = self.robot.time
             _log.info("%7.2f s: the robot has fallen", self.robot.time)
 
-    def _plan_fault(self, mode: str) -> None:
+    def _time_fault(self, mode: str) -> None:
         plan = self._plan
         if plan is not None and self._begins_at is None and mode == {"stand": "standing", "run": "running"}[plan.since]:
             self._begins_at = self.robot.time + plan.at

@@ -13,8 +13,10 @@ from typing import Any  # noqa: E402
 
 import torch  # noqa: E402
 from rich.console import Console  # noqa: E402
+from rich.progress import Progress  # noqa: E402
 
 from rl.cli.arguments.train import TrainArguments  # noqa: E402
+from rl.judging.selection import select  # noqa: E402
 from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
@@ -27,6 +29,11 @@ def run(args: TrainArguments) -> int:
     """The command. Raises SymdynError for bad input."""
     console = make_console(lasting=True)
     log_to(console)
+    if args.write_settings is not None:
+        config_file.save(args.config, args.write_settings)
+        console.print(f"Wrote {args.write_settings}. To train with it:", soft_wrap=True)
+        print_command(console, "symdyn", "train", "--settings", args.write_settings)
+        return 0
     if args.resume is not None:
         return _train(args.resume, args, console)
     if args.out is not None:
@@ -62,23 +69,44 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
 
 def _run(trainer: Trainer, console: Console) -> int:
     config, directory = trainer.config, trainer.run
-    samples = config.iterations * trainer.samples_per_iteration
+    samples = config.total_iterations * config.samples_per_iteration
     console.print(
         f"Training {directory} (preset {config.preset}, {trainer.robot.name}): {config.num_envs} robots, "
-        f"{config.iterations} updates, "
+        f"{config.total_iterations} updates, "
         f"{samples / 1e6:.3g} million samples. Curves: tensorboard --logdir {directory}"
     )
-    with TrainingDisplay(console, trainer.iteration, config.iterations) as display:
+    with TrainingDisplay(console, config) as display:
         done = trainer.train(display.update)
     if not done:
         console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
         print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
-    console.print(f"Done after {trainer.iteration} updates. Next:")
-    print_command(console, "symdyn", "export", directory)
+    console.print(f"Done after {trainer.iteration} updates.")
+    if config.candidates:
+        console.print(_select(trainer, console), soft_wrap=True)
+    console.print("Next:")
+    if not config.candidates:
+        print_command(console, "symdyn", "export", directory)
     robot = shlex.split(run_dir.robot_flag(config.robot))
     print_command(console, "symdyn", "evaluate", directory / run_dir.POLICY, "--suite", "quick", *robot)
+    print_command(console, "symdyn", "play", directory / run_dir.POLICY, *robot)
     return 0
+
+
+def _select(trainer: Trainer, console: Console) -> str:
+    with Progress(console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("comparing late checkpoints", total=None)
+        best = select(
+            trainer.run,
+            trainer.robot,
+            trainer.config.candidates,
+            lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    v = best.validation
+    return (
+        f"Wrote {trainer.run / run_dir.POLICY} from {best.name} (in validation: GC stance {v.gc_stance:.3f}, identity "
+        f"{v.identity:.2f}, speed error {v.speed_error:.2f} m/s, {v.fell:.0%} of the runs fell)."
+    )
 
 
 def start(trainer: Trainer, started_from: dict[str, Any] | None = None) -> None:

@@ -56,10 +56,10 @@ def policies(folder: Path) -> dict[str, dict[int, Path]]:
     return found
 
 
-def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
+def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS, seconds: float = SECONDS) -> Result:
     """Every policy of the ablation in every gait at every speed."""
     files = policies(subject.runs)
-    scripts = protocols.constant_scripts(PAPER_GAITS, speeds, subject.seeds[:PHASES], SECONDS)
+    scripts = protocols.constant_scripts(PAPER_GAITS, speeds, subject.seeds[:PHASES], seconds)
     share = sum(len(group) for group in scripts.values())
     total = share * sum(len(by_seed) for by_seed in files.values())
     curves: dict[str, dict[str, list[list[float]]]] = {key: {v: [] for v in VARIANTS} for key in _KEYS}
@@ -98,7 +98,7 @@ def run(subject: Subject, speeds: tuple[float, ...] = SPEEDS) -> Result:
     return Result(
         name="ablation",
         title="What are the symmetries worth?",
-        protocol=f"Policies {', '.join(samples)}: each gait at each speed for {SECONDS:g} s from a stand, "
+        protocol=f"Policies {', '.join(samples)}: each gait at each speed for {seconds:g} s from a stand, "
         f"the first {len(subject.seeds[:PHASES])} of the seeds as initial phases, the first {SETTLE_S:g} s "
         "left out, means over gaits; "
         "a policy is judged by the clock that it was trained with.",

@@ -19,7 +19,8 @@ from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState, heading_velocity
 from rl.physics.terrain import Terrain
-from rl.task.termination import TerminationConfig, fallen
+from rl.task.settings import TerminationConfig
+from rl.task.termination import fallen
 from symdyn.analysis.recording import Recording
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import Gait
@@ -28,7 +29,7 @@ from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
 from symdyn.policy.observation import Sensed
 from symdyn.robot.definition import Robot
-from symdyn.robot.frames import projected_gravity
+from symdyn.robot.frames import projected_gravity, yaw
 
 CONTACT_FORCE = 1.0
 """N; a foot that bears more is in contact."""
@@ -183,6 +184,8 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
         ground = 0.0 if terrain is None else terrain.height(np.nan_to_num(_numpy(state.base_pos_w)[:, :2]))
         down = (fallen(state, limits, torch.as_tensor(ground)) | ~state.finite()).numpy() & np.isinf(fell_at)
         fell_at[down] = time + robot.control_dt
+        if np.isfinite(fell_at).all():  # all that a recording would have is there
+            break
     columns = {key: np.stack([sample[key] for sample in samples], axis=1) for key in samples[0]}
     dt = robot.control_dt / physics.substeps
     mass = float(physics.model.body_mass.sum())
@@ -212,7 +215,13 @@ def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:
 def sensed(state: RobotState) -> Sensed:
     """What the sensors of simulated robots say. Numbers that are not finite, of a robot that diverged, become zero."""
     gravity_b = projected_gravity(_numpy(state.base_quat_w))
-    told = (gravity_b, _numpy(state.joint_pos), _numpy(state.joint_vel), _numpy(state.base_ang_vel_b))
+    told = (
+        gravity_b,
+        _numpy(state.joint_pos),
+        _numpy(state.joint_vel),
+        _numpy(state.base_ang_vel_b),
+        yaw(_numpy(state.base_quat_w)),
+    )
     return Sensed(*(np.nan_to_num(array) for array in told))
 
 
@@ -220,7 +229,7 @@ def sample(state: RobotState, driver: PolicyDriver) -> dict[str, NDArray]:
     """One sample of a recording of n robots: the fields of :class:`symdyn.analysis.recording.Recording`, (n, ...)."""
     timing = driver.timing()
     return {
-        "velocity_command": driver.velocity.copy(),
+        "velocity_command": driver.command.copy(),
         "velocity_h": _numpy(heading_velocity(state)),
         "base_pos_w": _numpy(state.base_pos_w),
         "base_quat_w": _numpy(state.base_quat_w),

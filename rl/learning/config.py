@@ -1,24 +1,20 @@
-"""Settings of a training run, and the presets."""
+"""Settings of a training run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
+from rl.learning import stages
+from rl.learning.stages import Stage
 from rl.physics.engine import EngineConfig
-from rl.physics.randomization import RandomizationConfig
-from rl.task.commands import CommandConfig
-from rl.task.curriculum import RewardCurriculum
-from rl.task.env import EnvConfig, ResetConfig
-from rl.task.rewards import RewardConfig
-from symdyn.errors import InvalidValue, UnknownName
+from rl.task.settings import EnvConfig
+from symdyn.errors import InvalidValue
+from symdyn.io.settings_data import plain, rebuild
 from symdyn.robot.robot_file import DEFAULT_ROBOT
-
-PresetName = Literal["cpu", "polish", "sharpen", "harden", "paper", "smoke"]
 
 
 @dataclass(frozen=True)
@@ -36,10 +32,7 @@ class PPOConfig:
         discount: gamma.
         gae_lambda: lambda.
         clip: epsilon.
-        entropy: weight of the entropy bonus at the start.
-        entropy_final: its weight at ``entropy_anneal_end``; equal to ``entropy`` for a constant one.
-        entropy_anneal_start: samples after which it begins to go from the one to the other, linearly.
-        entropy_anneal_end: samples after which it has arrived.
+        entropy: weight of the entropy bonus.
         value_weight: of the value loss.
         max_grad_norm: gradients are clipped to it.
         privileged_critic: whether the critic also sees what only the simulator knows.
@@ -58,9 +51,6 @@ class PPOConfig:
     gae_lambda: float = 0.95
     clip: float = 0.2
     entropy: float = 0.01
-    entropy_final: float = 0.01
-    entropy_anneal_start: float = 0.0
-    entropy_anneal_end: float = 1.0
     value_weight: float = 1.0
     max_grad_norm: float = 1.0
     privileged_critic: bool = False
@@ -77,19 +67,14 @@ class PPOConfig:
         for name in ("discount", "gae_lambda"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise InvalidValue(name, getattr(self, name), "in [0, 1]")
-        if not self.entropy_anneal_start < self.entropy_anneal_end:
-            raise InvalidValue("entropy_anneal_end", self.entropy_anneal_end, "larger than entropy_anneal_start")
-
-    def entropy_at(self, samples: int) -> float:
-        """Weight of the entropy bonus after so many samples."""
-        span = self.entropy_anneal_end - self.entropy_anneal_start
-        progress = min(max((samples - self.entropy_anneal_start) / span, 0.0), 1.0)
-        return self.entropy + progress * (self.entropy_final - self.entropy)
+        for name in ("clip", "entropy", "value_weight"):
+            if not getattr(self, name) >= 0.0:
+                raise InvalidValue(name, getattr(self, name), "a number >= 0")
 
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """A training run. Every setting is a flag of ``symdyn train``.
+    """A training run. Every setting but the stages is a flag of ``symdyn train``; a settings file has all of them.
 
     Attributes:
         preset: where the defaults of this configuration came from.
@@ -101,12 +86,15 @@ class TrainConfig:
         timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
+        candidates: how many of the last checkpoints are compared at the end, by validation on commands and seeds that
+            no experiment uses; the best of them and their mean becomes RUN/policy.onnx. 0 exports nothing.
         engine: settings of the physics that is learned in.
         env: the task.
         ppo: the learner.
+        stages: what changes on the way; empty for nothing. The run ends with its last stage, or with ``iterations``.
     """
 
-    preset: PresetName = "paper"
+    preset: str = "paper"
     robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     iterations: int = 50_000
     num_envs: int = 2048
@@ -115,169 +103,59 @@ class TrainConfig:
     timing: Path | None = None
     checkpoint_every: int = 25
     keep_every: int = 500
+    candidates: int = 6
     engine: EngineConfig = field(default_factory=EngineConfig)
     env: EnvConfig = field(default_factory=EnvConfig)
     ppo: PPOConfig = field(default_factory=PPOConfig)
+    stages: Annotated[tuple[Stage, ...], tyro.conf.Suppress] = ()
 
     def __post_init__(self) -> None:
         for name in ("iterations", "num_envs", "checkpoint_every", "keep_every"):
             if getattr(self, name) < 1:
                 raise InvalidValue(name, getattr(self, name), "a whole number > 0")
-        for name in ("seed", "threads"):
+        for name in ("seed", "threads", "candidates"):
             if getattr(self, name) < 0:
                 raise InvalidValue(name, getattr(self, name), "a whole number >= 0")
         # advantages are normalised by their standard deviation, which one sample does not have
         most = self.num_envs * self.ppo.steps // 2
         if self.ppo.mini_batches > most:
             raise InvalidValue("ppo.mini_batches", self.ppo.mini_batches, f"at most num_envs * ppo.steps / 2 = {most}")
+        stages.check(self.stages)
+        for stage in range(len(self.stages)):
+            self.in_stage(stage)
 
+    @property
+    def samples_per_iteration(self) -> int:
+        """Environment steps of one update."""
+        return self.num_envs * self.ppo.steps
 
-def _paper() -> TrainConfig:
-    # 50,000 updates x 2048 robots x 24 steps = 2.46e9 samples
-    return TrainConfig(preset="paper")
+    @property
+    def total_iterations(self) -> int:
+        """Updates until the run ends, if no criterion ends a stage earlier."""
+        if not self.stages or self.stages[-1].samples is None:
+            return self.iterations
+        samples = sum(stage.samples or 0.0 for stage in self.stages)
+        return min(self.iterations, -int(-samples // self.samples_per_iteration))
 
+    def in_stage(self, stage: int, samples: float | None = None) -> TrainConfig:
+        """The settings that hold in a stage. Its result has no stages.
 
-def _cpu() -> TrainConfig:
-    commands = CommandConfig(
-        choose="class",
-        noise_keeps_class=True,
-        velocity_first_s=(2.0, 6.0),
-        velocity_again_s=(2.0, 6.0),
-        gait_first_s=(2.0, 6.0),
-        gait_again_s=(2.0, 6.0),
-        forward_share=0.6,
-    )
-    lenient = RewardConfig(
-        x_velocity=0.8,
-        x_rate=0.8,
-        y_rate=4.0,
-        yaw_rate=2.0,
-        temporal=0.25,
-        force_rate=0.01,
-        foot_speed_rate=0.8,
-        velocity_filter=0.5,
-        softness=0.3,
-    )
-    insistent = replace(
-        lenient,
-        x_velocity=0.5,
-        x_rate=2.5,
-        temporal=0.45,
-        force_rate=0.04,
-        foot_speed_rate=2.0,
-    )
-    return TrainConfig(
-        preset="cpu",
-        iterations=6000,
-        num_envs=1024,
-        env=EnvConfig(
-            episode_s=10.0,
-            commands=commands,
-            reset=ResetConfig(commanded_share=1.0),
-            rewards=lenient,
-            curriculum=RewardCurriculum(active=True, start=7e6, end=14e6, final=insistent),
-        ),
-        ppo=PPOConfig(
-            epochs=5,
-            privileged_critic=True,
-            equivariant=True,
-            entropy=0.005,
-            entropy_final=0.001,
-            entropy_anneal_start=12e6,
-            entropy_anneal_end=25e6,
-        ),
-    )
+        Args:
+            stage: its number, from 0; with none there is only the whole run, which is 0.
+            samples: of the stage that lie behind; None for what the stage arrives at.
 
-
-def _polish() -> TrainConfig:
-    cpu = _cpu()
-    rewards = replace(
-        cpu.env.curriculum.final,
-        x_velocity=0.6,
-        x_rate=4.0,
-        temporal=0.6,
-        force_rate=0.08,
-        kappa=40.0,
-        # with the paper's rates these two are saturated for any run of the Go2, and have no slope
-        morphological=0.3,
-        pair_rate=1.5,
-        torque_change=0.15,
-        torque_rate=0.015,
-        softness=0.5,
-    )
-    commands = replace(
-        cpu.env.commands,
-        weights=tuple(1.5 if name == "rotary_gallop" else 1.0 for name in cpu.env.commands.gaits),
-        velocity_x=(-2.2, 2.2),  # so that 2 m/s lies within what was learned
-        forward_share=0.45,
-        velocity_first_s=(1.5, 5.0),
-        velocity_again_s=(1.5, 5.0),
-        gait_first_s=(1.5, 5.0),
-        gait_again_s=(1.5, 5.0),
-    )
-    return replace(
-        cpu,
-        preset="polish",
-        iterations=1000,
-        env=replace(cpu.env, commands=commands, rewards=rewards, curriculum=RewardCurriculum()),
-        ppo=replace(
-            cpu.ppo, epochs=3, entropy=5e-4, entropy_final=0.0, entropy_anneal_start=0.0, entropy_anneal_end=15e6
-        ),
-    )
-
-
-def _sharpen() -> TrainConfig:
-    polish = _polish()
-    rewards = replace(
-        polish.env.rewards,
-        x_velocity=0.8,
-        x_rate=5.0,
-        temporal=0.8,
-        force_rate=0.3,  # a foot that merely touches in its swing costs almost what one that stands there does
-        foot_speed_rate=3.0,
-        morphological=0.6,
-        pair_rate=0.6,  # diagonal legs of a trot differ by 1 to 2 rad in sum
-        torque_change=0.1,
-    )
-    return replace(
-        polish,
-        preset="sharpen",
-        env=replace(polish.env, rewards=rewards),
-        ppo=replace(polish.ppo, entropy=0.0, entropy_final=0.0),
-    )
-
-
-def _harden() -> TrainConfig:
-    sharpen = _sharpen()
-    randomization = RandomizationConfig(
-        added_mass=(-3.0, 4.0), friction=(0.25, 2.0), push=(-0.5, 0.5), push_interval_s=(3.0, 8.0), late_share=0.3
-    )
-    return replace(sharpen, preset="harden", env=replace(sharpen.env, randomization=randomization))
-
-
-def _smoke() -> TrainConfig:
-    cpu = _cpu()
-    return replace(
-        cpu, preset="smoke", iterations=3, num_envs=16, checkpoint_every=1, ppo=replace(cpu.ppo, steps=8, epochs=2)
-    )
-
-
-PRESETS: dict[str, Callable[[], TrainConfig]] = {
-    "cpu": _cpu,
-    "polish": _polish,
-    "sharpen": _sharpen,
-    "harden": _harden,
-    "paper": _paper,
-    "smoke": _smoke,
-}
-"""``paper``: section III-E of the paper. ``cpu``: what learns fastest on two cores. Each of the next is to be started
-from a run of the one before: ``polish``, sudden reversals and less effort; ``sharpen``, exact timing; ``harden``, late
-commands, other loads, less friction, harder pushes. ``smoke``: to see it run."""
-
-
-def preset(name: str) -> TrainConfig:
-    """The preset of that name. Raises UnknownName."""
-    try:
-        return PRESETS[name]()
-    except KeyError:
-        raise UnknownName("preset", name, PRESETS) from None
+        Raises:
+            InvalidValue, FileProblem: if a stage's setting does not exist or has a bad value.
+        """
+        data = plain(self)
+        data["stages"] = []
+        before = data
+        for item in self.stages[: stage + 1]:
+            settings = {
+                name: list(value) if isinstance(value, tuple) else value for name, value in item.settings.items()
+            }
+            before = data
+            data = plain(rebuild(TrainConfig, stages.changed(data, settings), f"stage {item.name!r}"))
+        if self.stages and samples is not None:
+            data = stages.blend(before, data, stages.share(self.stages[stage], samples))
+        return rebuild(TrainConfig, data, "the settings")

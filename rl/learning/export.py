@@ -165,6 +165,7 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot) -> Po
             "yaw_rate": commands.yaw_rate,
         },
         time_reversal=commands.time_reversal,
+        steering=commands.steering if commands.steered else None,
         training={
             "commit": origin_commit,
             "config": plain(config),

@@ -9,6 +9,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,6 +19,7 @@ from rl.learning import checkpoint, config_file, run_dir
 from rl.learning.config import TrainConfig
 from rl.learning.learner import make_ppo
 from rl.learning.run_log import RunLog
+from rl.learning.stages import MEASURED, Criterion, Stage
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.task.env import GaitEnv
@@ -26,6 +28,10 @@ from symdyn.errors import FileProblem, SymdynError
 _log = logging.getLogger(__name__)
 _EPISODES_AVERAGED = 200
 _STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def _longest_criterion(stages: tuple[Stage, ...]) -> int:
+    return max((stage.criterion.updates for stage in stages if stage.criterion is not None), default=1)
 
 
 class Watcher(Protocol):
@@ -57,10 +63,13 @@ class Trainer:
         torch.manual_seed(config.seed)
         self.robot = run_dir.robot(run, config.robot)
         timing = run_dir.timing(run, config.timing, self.robot)
-        model = build_model(self.robot, engine=config.engine)
-        physics = BatchPhysics(model, self.robot, config.num_envs, config.threads)
-        self.env = GaitEnv(config.env, physics, timing, self.robot, config.seed, run / "diverged")
-        self.ppo = make_ppo(config.ppo, self.env)
+        self.stage = 0
+        self._stage_began = 0
+        self._recent: deque[dict[str, float]] = deque(maxlen=_longest_criterion(config.stages))
+        self._now = config.in_stage(0, 0.0)
+        env = self._now.env
+        self.env = GaitEnv(env, self._physics(), timing, self.robot, config.seed, run / "diverged")
+        self.ppo = make_ppo(self._now.ppo, self.env)
         self.iteration = 0
         self.seconds = 0.0
         self.interrupted = False
@@ -69,9 +78,15 @@ class Trainer:
         self._episodes: deque[tuple[float, float]] = deque(maxlen=_EPISODES_AVERAGED)
 
     @property
-    def samples_per_iteration(self) -> int:
-        """Environment steps of one update."""
-        return self.config.num_envs * self.config.ppo.steps
+    def samples(self) -> int:
+        """Environment steps so far."""
+        return self.iteration * self.config.samples_per_iteration
+
+    @property
+    def done(self) -> bool:
+        """Whether the run has come to its end."""
+        stages = self.config.stages
+        return self.iteration >= self.config.iterations or (bool(stages) and self.stage >= len(stages))
 
     def start_from(self, run: Path, std: float | None = None) -> dict[str, Any]:
         """Begin with what another run has learned: networks, action noise, and the optimiser with its learning rate.
@@ -114,6 +129,10 @@ class Trainer:
         """
         state = checkpoint.load_newest(self.run)
         self._load_learner(state, self.run)
+        self.stage, self._stage_began = state["stage"], state["stage_began"]
+        self._recent.extend(state["recent"])
+        if self.config.stages:
+            self._enter_stage(self.stage, state["iteration"] * self.config.samples_per_iteration - self._stage_began)
         try:
             self.env.load_state_dict(state["env"])
         except (KeyError, RuntimeError, ValueError) as error:
@@ -133,7 +152,7 @@ class Trainer:
             time_limit_s: no update is begun after so many seconds.
 
         Returns:
-            Whether all updates are done. A checkpoint is written in every case; ``interrupted`` tells of a signal.
+            Whether the run is done. A checkpoint is written in every case; ``interrupted`` tells of a signal.
 
         Raises:
             Diverged: if losses or weights are no longer finite after an update, which is neither logged nor kept.
@@ -144,7 +163,7 @@ class Trainer:
         saved_at = self.iteration
         try:
             with stop_on_signal() as stop:
-                while self.iteration < self.config.iterations and not stop and time.monotonic() < end:
+                while not self.done and not stop and time.monotonic() < end:
                     record = self.update()
                     log.add(record)
                     if watch is not None:
@@ -159,7 +178,7 @@ class Trainer:
                 self.interrupted = bool(stop)
         finally:
             log.close()
-        return self.iteration >= self.config.iterations
+        return self.done
 
     def update(self) -> dict[str, Any]:
         """Collect, learn, and return what is logged of it. Raises Diverged."""
@@ -167,9 +186,7 @@ class Trainer:
         sums: dict[str, torch.Tensor] = {}
         reward_sum = torch.zeros(())
         steps = self.config.ppo.steps
-        samples = self.iteration * self.samples_per_iteration
-        self.ppo.entropy_coef = self.config.ppo.entropy_at(samples)
-        self.env.set_progress(samples)
+        self._ramp()
         obs = self.env.get_observations()
         with torch.inference_mode():
             for _ in range(steps):
@@ -193,9 +210,10 @@ class Trainer:
         self.seconds += end - start
         record = {
             "iteration": self.iteration,
-            "samples": self.iteration * self.samples_per_iteration,
+            "samples": self.samples,
+            "stage": self.stage,
             "time/seconds": self.seconds,
-            "time/samples_per_second": self.samples_per_iteration / (end - start),
+            "time/samples_per_second": self.config.samples_per_iteration / (end - start),
             "time/collect": collected - start,
             "time/learn": end - collected,
             "reward/total": float(reward_sum) / steps,
@@ -209,7 +227,60 @@ class Trainer:
             returns, lengths = zip(*self._episodes, strict=True)
             record["episode/return"] = sum(returns) / len(returns)
             record["episode/seconds"] = sum(lengths) / len(lengths)
+        self._end_stage(record)
         return record
+
+    def _physics(self) -> BatchPhysics:
+        model = build_model(self.robot, engine=self._now.engine)
+        return BatchPhysics(model, self.robot, self.config.num_envs, self.config.threads)
+
+    def _ramp(self) -> None:
+        """Take the settings that the stage has by now: rewards and the learner's numbers."""
+        if not self.config.stages:
+            return
+        self._now = self.config.in_stage(self.stage, self.samples - self._stage_began)
+        self.env.set_rewards(self._now.env)
+        ppo = self._now.ppo
+        self.ppo.entropy_coef = ppo.entropy
+        self.ppo.num_learning_epochs = ppo.epochs
+        self.ppo.num_mini_batches = ppo.mini_batches
+        self.ppo.desired_kl = ppo.desired_kl
+        self.ppo.clip_param = ppo.clip
+        self.ppo.gamma, self.ppo.lam = ppo.discount, ppo.gae_lambda
+        self.ppo.value_loss_coef = ppo.value_weight
+        self.ppo.max_grad_norm = ppo.max_grad_norm
+
+    def _end_stage(self, record: dict[str, Any]) -> None:
+        """Go on to the next stage if this one is over."""
+        if not self.config.stages:
+            return
+        stage = self.config.stages[self.stage]
+        passed = self.samples - self._stage_began
+        over = stage.samples is not None and passed >= stage.samples
+        if stage.criterion is not None:
+            self._recent.append({name: record[name] for name in MEASURED if name in record})
+            over = over or (passed >= stage.ramp and self._meets(stage.criterion))
+        if over:
+            _log.info("Stage %r ended after %.3g million samples.", stage.name, self.samples / 1e6)
+            self._recent.clear()
+            self.stage += 1
+            self._stage_began = self.samples
+            if self.stage < len(self.config.stages):
+                self._enter_stage(self.stage, 0.0)
+
+    def _meets(self, criterion: Criterion) -> bool:
+        values = [record[criterion.metric] for record in self._recent if criterion.metric in record]
+        return len(values) >= criterion.updates and criterion.met(sum(values[-criterion.updates :]) / criterion.updates)
+
+    def _enter_stage(self, stage: int, samples: float) -> None:
+        before = self._now
+        self._now = self.config.in_stage(min(stage, len(self.config.stages) - 1), samples)
+        physics = None if self._now.engine == before.engine else self._physics()
+        if physics is not None or replace(self._now.env, rewards=before.env.rewards) != before.env:
+            with torch.inference_mode():  # as its steps are made
+                self.env.begin_stage(self._now.env, physics)
+                self._returns.zero_()
+                self._lengths.zero_()
 
     def _check_finite(self, losses: dict[str, float]) -> None:
         wrong = [f"the {name} loss is {value}" for name, value in losses.items() if not math.isfinite(value)]
@@ -246,6 +317,9 @@ class Trainer:
     def _save(self) -> None:
         content = {
             "iteration": self.iteration,
+            "stage": self.stage,
+            "stage_began": self._stage_began,
+            "recent": list(self._recent),
             "robot": self.robot.name,
             "seconds": self.seconds,
             "ppo": self.ppo.save(),

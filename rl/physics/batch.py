@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,10 +14,13 @@ import torch
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
+from rl.physics.dynamics import Dynamics
 from rl.physics.model import FLOOR, ROOT_JOINT, foot_site, force_sensor, position_sensor, velocity_sensor
+from rl.physics.motors import DelayLine, torque_range
 from rl.physics.protocol import Physics, Pose, RobotState
 from symdyn.errors import InvalidValue, ResourceProblem
 from symdyn.robot.definition import Robot
+from symdyn.robot.descriptions import velocity_limits
 from symdyn.robot.legs import JOINTS, LEGS
 
 BYTES_PER_ROBOT = 0.6e6
@@ -85,7 +89,11 @@ class BatchPhysics(Physics):
         self._torque = self.batch.bind("actuator_force")
         self._sensors = self.batch.bind("sensordata")
         self._failed = np.zeros(num_envs, dtype=bool)
-        self._dynamics = (np.zeros(num_envs), np.ones(num_envs))
+        self._delay_line = DelayLine(num_envs, len(JOINTS), self.substeps)
+        self._substep = 0
+        self._no_load_speed = velocity_limits(robot) if robot.torque_knee is not None else None
+        self.dynamics = Dynamics.nominal(num_envs)
+        self._set_motors()
 
     def reset(self, ids: NDArray[np.int64], pose: Pose) -> None:
         self.batch.reset(ids, stage=_NO_STAGE)
@@ -96,33 +104,45 @@ class BatchPhysics(Physics):
         qvel = np.zeros((len(ids), self.model.nv))
         qvel[:, self._root_vel.start : self._root_vel.start + 3] = pose.base_vel_w
         self._qvel[ids] = qvel
-        ctrl = np.empty((len(ids), self.model.nu))
-        ctrl[:, self._at["torque"]] = pose.joint_pos
-        self._ctrl[ids] = ctrl
+        self._delay_line.fill(ids, pose.joint_pos - self.dynamics.joint_offset[ids])
+        self._act(0)
         self._failed[ids] = False
         # the whole forward pass: forces and torques, too, are those of the new pose
         self.batch.forward(ids)
 
     def step(self, joint_targets: torch.Tensor) -> None:
         self.set_targets(joint_targets.double().numpy())
-        self._step(self.substeps)
+        for _ in range(self.substeps):
+            self.substep()
 
     def substep(self) -> None:
-        """Advance one physics step with the targets of the last :meth:`set_targets`."""
-        self._step(1)
+        """Advance one physics step: the next of the control step that :meth:`set_targets` began."""
+        if self._substep:
+            self._act(self._substep)
+        self._substep += 1
+        try:
+            self.batch.step(stage=_VELOCITY_STAGE)
+        except SimulationError as error:
+            # they kept the state before the call, the others went on
+            self._failed[error.ids] = True
 
     def set_targets(self, joint_targets: NDArray[np.float64]) -> None:
         """Joint targets, (N, 12) rad, for :meth:`substep`. A robot whose target is no number counts as diverged."""
         # MuJoCo would take a NaN for zero and go on
         self._failed |= ~np.isfinite(joint_targets).all(axis=1)
-        self._ctrl[:, self._at["torque"]] = joint_targets
+        self._delay_line.push(joint_targets - self.dynamics.joint_offset)
+        self._substep = 0
+        self._act(0)
 
-    def _step(self, substeps: int) -> None:
-        try:
-            self.batch.step(nstep=substeps, stage=_VELOCITY_STAGE)
-        except SimulationError as error:
-            # they kept the state before the call, the others went on
-            self._failed[error.ids] = True
+    def _act(self, substep: int) -> None:
+        """Give every motor the target that has reached it, and the torque that it has at its speed."""
+        self._ctrl[:, self._at["torque"]] = self._delay_line.at(min(substep, self.substeps - 1))
+        if self._no_load_speed is not None:
+            assert self.robot.torque_knee is not None
+            speed = self._qvel[:, self._at["joint_vel"]]
+            low, high = torque_range(speed, self._peak, self._no_load_speed, self.robot.torque_knee)
+            self._force_range[:, self._at["torque"], 0] = low
+            self._force_range[:, self._at["torque"], 1] = high
 
     def read(self) -> RobotState:
         def tensor(values: NDArray[np.float64]) -> torch.Tensor:
@@ -151,24 +171,55 @@ class BatchPhysics(Physics):
     def push(self, ids: NDArray[np.int64], velocity_w: NDArray[np.float64]) -> None:
         self._qvel[ids, self._root_vel.start : self._root_vel.start + 3] += velocity_w
 
-    def set_dynamics(self, added_mass: NDArray[np.float64], friction_scale: NDArray[np.float64]) -> None:
-        self._dynamics = (added_mass.copy(), friction_scale.copy())
+    def set_dynamics(self, dynamics: Dynamics) -> None:
+        self.dynamics = dynamics
+        added = dynamics.added_mass[:, None]
         trunk = self.model.body(self.robot.trunk)
-        self.batch.expand("body_mass")[:, trunk.id] = trunk.mass[0] + added_mass
+        own = trunk.mass[0]
+        self.batch.expand("body_mass")[:, trunk.id] = own + dynamics.added_mass
+        # the added mass as a point, the trunk's principal axes taken for the axes of the trunk
+        shift = dynamics.com_shift_b + added / (own + added) * dynamics.mass_pos_b
+        self.batch.expand("body_ipos")[:, trunk.id] = trunk.ipos + shift
+        square = dynamics.mass_pos_b**2
+        reduced = own * added / (own + added)
+        inertia = trunk.inertia + reduced * (square.sum(axis=1, keepdims=True) - square)
+        if not ((own + added > 0.0).all() and (inertia > 0.0).all()):
+            raise InvalidValue("The added mass and its position", "a trunk without mass or inertia", "a lighter change")
+        self.batch.expand("body_inertia")[:, trunk.id] = inertia
         floor = self.model.geom(FLOOR)
-        self.batch.expand("geom_friction")[:, floor.id, 0] = floor.friction[0] * friction_scale
+        self.batch.expand("geom_friction")[:, floor.id, 0] = floor.friction[0] * dynamics.friction
+        if dynamics.slope.any() or self.batch.expanded("geom_quat") is not None:
+            self.batch.expand("geom_quat")[:, floor.id] = _tilted(dynamics.slope)
+        self._set_motors()
         self.batch.set_const()
 
-    def state_dict(self) -> dict[str, torch.Tensor]:
+    def _set_motors(self) -> None:
+        d, motors = self.dynamics, self._at["torque"]
+        self._delay_line.set_delay(np.rint(d.delay / self.model.opt.timestep).astype(np.int64))
+        self._peak = d.strength * self.model.actuator_forcerange[motors, 1]
+        self._force_range = self.batch.expand("actuator_forcerange")
+        self._force_range[:, motors] = np.stack([-self._peak, self._peak], axis=2)
+        kp, kd = d.strength * d.kp, d.strength * d.kd
+        self.batch.expand("actuator_gainprm")[:, motors, 0] = kp * self.model.actuator_gainprm[motors, 0]
+        self.batch.expand("actuator_biasprm")[:, motors, 1] = kp * self.model.actuator_biasprm[motors, 1]
+        self.batch.expand("actuator_biasprm")[:, motors, 2] = kd * self.model.actuator_biasprm[motors, 2]
+
+    def ground(self, position_w: torch.Tensor) -> torch.Tensor:
+        slope = torch.as_tensor(self.dynamics.slope, dtype=position_w.dtype)
+        slope = slope.view(self.num_envs, *([1] * (position_w.ndim - 2)), 2)
+        return (slope * position_w[..., :2]).sum(dim=-1)
+
+    def state_dict(self) -> dict[str, Any]:
         return {
             "state": torch.from_numpy(self.batch.state.copy()),
             "failed": torch.from_numpy(self._failed.copy()),
-            "added_mass": torch.from_numpy(self._dynamics[0].copy()),
-            "friction_scale": torch.from_numpy(self._dynamics[1].copy()),
+            "targets": torch.from_numpy(self._delay_line.kept.copy()),
+            "dynamics": {k: torch.from_numpy(v.copy()) for k, v in vars(self.dynamics).items()},
         }
 
-    def load_state_dict(self, state: dict[str, torch.Tensor]) -> None:
-        self.set_dynamics(state["added_mass"].numpy(), state["friction_scale"].numpy())
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        self.set_dynamics(Dynamics(**{k: v.numpy().copy() for k, v in state["dynamics"].items()}))
+        self._delay_line.kept[:] = state["targets"].numpy()
         self.batch.state[:] = state["state"].numpy()
         self.batch.forward(
             stage=_VELOCITY_STAGE
@@ -176,14 +227,21 @@ class BatchPhysics(Physics):
         self.batch.state[:] = state["state"].numpy()
         self._failed[:] = state["failed"].numpy()
 
-    def dump(self, env: int) -> dict[str, list[float]]:
+    def dump(self, env: int) -> dict[str, Any]:
         return {
             "qpos": self._qpos[env].tolist(),
             "qvel": self._qvel[env].tolist(),
             "ctrl": self._ctrl[env].tolist(),
-            "added_mass": [float(self._dynamics[0][env])],
-            "friction_scale": [float(self._dynamics[1][env])],
+            **self.dynamics.of(env),
         }
+
+
+def _tilted(slope: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orientation of a plane with these gradients, (N, 2) -> (N, 4): its normal is turned the shortest way."""
+    normal = np.column_stack([-slope, np.ones(len(slope))])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    quat = np.column_stack([1.0 + normal[:, 2], -normal[:, 1], normal[:, 0], np.zeros(len(slope))])
+    return quat / np.linalg.norm(quat, axis=1, keepdims=True)
 
 
 def _check_memory(num_envs: int) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from rl.physics.dynamics import Dynamics
 from symdyn.robot.frames import projected_gravity, to_heading
 
 
@@ -69,6 +70,7 @@ class Physics(Protocol):
 
     num_envs: int
     foot_radius: float
+    dynamics: Dynamics
 
     def reset(self, ids: NDArray[np.int64], pose: Pose) -> None:
         """Put some robots at rest (but for their base velocity) in a pose. ``ids`` are sorted."""
@@ -86,19 +88,23 @@ class Physics(Protocol):
         """Add (n, 3) m/s to the base velocity of some robots."""
         ...
 
-    def set_dynamics(self, added_mass: NDArray[np.float64], friction_scale: NDArray[np.float64]) -> None:
-        """Give each robot its own trunk mass (kg added, (N,)) and friction (factor, (N,))."""
+    def set_dynamics(self, dynamics: Dynamics) -> None:
+        """Make each robot and its ground other than the model."""
         ...
 
-    def state_dict(self) -> dict[str, torch.Tensor]:
+    def ground(self, position_w: torch.Tensor) -> torch.Tensor:
+        """Height of the ground below positions in the world, (N, ..., 3) -> (N, ...), m."""
+        ...
+
+    def state_dict(self) -> dict[str, Any]:
         """All that :meth:`load_state_dict` needs to go on bit by bit as if nothing had happened."""
         ...
 
-    def load_state_dict(self, state: dict[str, torch.Tensor]) -> None:
+    def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from :meth:`state_dict`."""
         ...
 
-    def dump(self, env: int) -> dict[str, list[float]]:
+    def dump(self, env: int) -> dict[str, Any]:
         """One robot's full state as numbers, to replay what went wrong."""
         ...
 

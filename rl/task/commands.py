@@ -2,82 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Literal
-
-import numpy as np
 import torch
 
-from symdyn.errors import InvalidValue
-from symdyn.gait.library import PAPER_GAITS, get
+from rl.task.settings import CommandConfig
+from symdyn.gait.library import get
 from symdyn.gait.phase import wrapped
 from symdyn.gait.symmetry import classify, phase_groups
 
 NEVER = float("inf")
-
-
-@dataclass(frozen=True)
-class CommandConfig:
-    """How commands are drawn; the defaults are the paper's (section III-E).
-
-    Attributes:
-        gaits: names from the library.
-        choose: ``class`` draws a symmetry class first and then one of its gaits; ``gait`` draws a gait.
-        weights: how much oftener than by that each gait is drawn, in the order of ``gaits``; empty for all alike.
-        offset_noise: half-width of the uniform noise on each offset, strides.
-        noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
-            False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
-        velocity_x: range of forward velocity, m/s.
-        forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the
-            range (paper). Forward running is learned later than backward running.
-        velocity_y: range of lateral velocity, m/s.
-        yaw_rate: rad/s.
-        velocity_first_s: time into the episode of the first change of velocity, drawn from this range, s.
-        velocity_again_s: time between later changes, s; empty for none.
-        gait_first_s: as for the velocity.
-        gait_again_s: as for the velocity.
-        time_reversal: the map of the paper's eq. (7) for v < 0; False is an ablation of the paper.
-    """
-
-    gaits: tuple[str, ...] = PAPER_GAITS
-    choose: Literal["class", "gait"] = "gait"
-    weights: tuple[float, ...] = ()
-    offset_noise: float = 0.02
-    noise_keeps_class: bool = False
-    velocity_x: tuple[float, float] = (-2.0, 2.0)
-    forward_share: float | None = None
-    velocity_y: tuple[float, float] = (0.0, 0.0)
-    yaw_rate: tuple[float, float] = (0.0, 0.0)
-    velocity_first_s: tuple[float, float] = (10.0, 10.0)
-    velocity_again_s: tuple[float, float] | None = None
-    gait_first_s: tuple[float, float] = (20.0, 20.0)
-    gait_again_s: tuple[float, float] | None = None
-    time_reversal: bool = True
-
-    def __post_init__(self) -> None:
-        if not self.gaits:
-            raise InvalidValue("The list of gaits to train", self.gaits, "at least one name")
-        for name in self.gaits:
-            get(name)
-        if self.weights and not (
-            len(self.weights) == len(self.gaits) and all(0.0 < weight < NEVER for weight in self.weights)
-        ):
-            raise InvalidValue("weights", self.weights, f"{len(self.gaits)} numbers > 0, one a gait")
-        if not 0.0 <= self.offset_noise < 0.5:
-            raise InvalidValue("offset_noise", self.offset_noise, "in [0, 0.5)")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name.endswith(("_s", "_x", "_y", "_rate")) and value is not None:
-                low, high = value
-                if not (np.isfinite(low) and np.isfinite(high) and low <= high):
-                    raise InvalidValue(field.name, value, "two finite numbers, the smaller first")
-                if field.name.endswith("_s") and low <= 0.0:
-                    raise InvalidValue(field.name, value, "times > 0")
-        if self.forward_share is not None:
-            if not 0.0 <= self.forward_share <= 1.0:
-                raise InvalidValue("forward_share", self.forward_share, "in [0, 1]")
-            if not self.velocity_x[0] < 0.0 < self.velocity_x[1]:
-                raise InvalidValue("velocity_x", self.velocity_x, "a range with both signs, for a forward_share")
 
 
 class GaitSampler:
@@ -133,10 +65,9 @@ class Commands:
     """
 
     def __init__(self, config: CommandConfig, num_envs: int, generator: torch.Generator, device: str = "cpu") -> None:
-        self.config = config
-        self._sampler = GaitSampler(config, device)
         self._generator = generator
         self._device = device
+        self.configure(config)
         self.gait_index = torch.zeros(num_envs, dtype=torch.int64, device=device)
         self.offsets = torch.zeros((num_envs, self._sampler.offsets.shape[1]), device=device)
         self.velocity = torch.zeros((num_envs, 3), device=device)
@@ -145,6 +76,11 @@ class Commands:
         self.velocity_due = torch.zeros(num_envs, device=device)
         self.gait_due = torch.zeros(num_envs, device=device)
 
+    def configure(self, config: CommandConfig) -> None:
+        """Draw from other ranges from now on."""
+        self.config = config
+        self._sampler = GaitSampler(config, self._device)
+
     def reset(self, ids: torch.Tensor) -> None:
         """New commands for robots whose episode begins. ``ids``: (n,)."""
         self._new_velocity(ids)
@@ -152,8 +88,11 @@ class Commands:
         self.velocity_due[ids] = self._uniform(self.config.velocity_first_s, len(ids))
         self.gait_due[ids] = self._uniform(self.config.gait_first_s, len(ids))
 
-    def update(self, time: torch.Tensor) -> None:
-        """Change what is due at these episode times, (N,) s."""
+    def update(self, time: torch.Tensor) -> bool:
+        """Change what is due at these episode times, (N,) s. Returns whether anything was."""
+        before = torch.minimum(self.velocity_due, self.gait_due)
+        if not bool((time >= before).any()):
+            return False
         ids = torch.nonzero(time >= self.velocity_due).flatten()
         if len(ids):
             self._new_velocity(ids)
@@ -162,6 +101,7 @@ class Commands:
         if len(ids):
             self._new_gait(ids)
             self.gait_due[ids] = time[ids] + self._interval(self.config.gait_again_s, len(ids))
+        return True
 
     def state_dict(self) -> dict[str, torch.Tensor]:
         """All tensors, copied."""
@@ -181,9 +121,24 @@ class Commands:
             share = self._uniform((0.0, 1.0), n)
             forward = self._uniform((0.0, 1.0), n) < self.config.forward_share
             velocity[:, 0] = torch.where(forward, high * share, low * share)
-        self.velocity[ids] = velocity
+        self.velocity[ids] = self._restrict(velocity)
         self.period_delta[ids] = self._uniform((-1.0, 1.0), n)
         self.duty_delta[ids] = self._uniform((-1.0, 1.0), n)
+
+    def _restrict(self, velocity: torch.Tensor) -> torch.Tensor:
+        """Some stand, step in place, or run straight; none turns too fast. (n, 3) -> (n, 3)."""
+        c, n = self.config, len(velocity)
+        if not c.steered:
+            return velocity
+        kind, turns, sidesteps = (self._uniform((0.0, 1.0), n) for _ in range(3))
+        stands, in_place = kind < c.stand_share, kind < c.stand_share + c.in_place_share
+        x = torch.where(in_place, 0.0, velocity[:, 0])
+        y = torch.where(sidesteps < c.sidestep_share, velocity[:, 1], 0.0)
+        yaw = torch.where(turns < c.turn_share, velocity[:, 2], 0.0)
+        if c.lateral_acceleration is not None:
+            yaw = yaw * (c.lateral_acceleration / x.abs().clamp(min=1e-6) / yaw.abs().clamp(min=1e-6)).clamp(max=1.0)
+        drawn = torch.where(stands[:, None], 0.0, torch.stack([x, y, yaw], dim=1))
+        return c.steering.dead_band.apply(drawn, torch.zeros_like(drawn))
 
     def _new_gait(self, ids: torch.Tensor) -> None:
         self.gait_index[ids], self.offsets[ids] = self._sampler.draw(len(ids), self._generator)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,71 +12,27 @@ import torch
 from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 
+from rl.physics.dynamics import Dynamics
 from rl.physics.protocol import Physics, Pose, RobotState, heading_velocity
-from rl.physics.randomization import RandomizationConfig
 from rl.task import rewards
-from rl.task.commands import CommandConfig, Commands, uniform
-from rl.task.curriculum import RewardCurriculum
-from rl.task.privileged import PRIVILEGED, privileged_terms
-from rl.task.rewards import RewardConfig
-from rl.task.termination import TerminationConfig, fallen
+from rl.task.commands import Commands, uniform
+from rl.task.draw_dynamics import draw
+from rl.task.privileged import PRIVILEGED, constant_terms, privileged_terms
+from rl.task.settings import EnvConfig
+from rl.task.termination import fallen
 from symdyn.errors import InvalidValue
 from symdyn.gait import phase as clock
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.files import write_json
 from symdyn.policy.layout import Layout
 from symdyn.policy.observation import Sensed, Situation, get_layout, observe
+from symdyn.policy.steering import STANDING_DUTY, stands
 from symdyn.robot.definition import Robot
-from symdyn.robot.frames import projected_gravity, rotate_inverse
+from symdyn.robot.descriptions import velocity_limits
+from symdyn.robot.frames import projected_gravity, rotate_inverse, yaw
 from symdyn.robot.legs import JOINTS
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class ResetConfig:
-    """How an episode begins: the default pose just above the ground, disturbed.
-
-    Attributes:
-        joint_noise: half-width on every joint angle, rad.
-        velocity_noise: half-width on each component of the trunk's velocity in the heading frame, m/s.
-        commanded_share: the trunk already moves at up to this share of the commanded velocity, drawn uniformly: a robot
-            that is thrown forward has to run, and finds out what running is worth (cf. the initial states of
-            Peng et al. 2018).
-    """
-
-    joint_noise: float = 0.1
-    velocity_noise: float = 0.3
-    commanded_share: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0.0 <= value < math.inf:
-                raise InvalidValue(f"reset.{name}", value, "a number >= 0")
-
-
-@dataclass(frozen=True)
-class EnvConfig:
-    """Everything about the task.
-
-    Attributes:
-        episode_s: length of an episode, s (paper).
-        observation: what the policy sees, by its name in symdyn.policy.observation; symdyn gaits --observation lists
-            them.
-        curriculum: how the reward changes while training.
-    """
-
-    episode_s: float = 30.0
-    observation: str = "paper"
-    commands: CommandConfig = field(default_factory=CommandConfig)
-    rewards: RewardConfig = field(default_factory=RewardConfig)
-    curriculum: RewardCurriculum = field(default_factory=RewardCurriculum)
-    randomization: RandomizationConfig = field(default_factory=RandomizationConfig)
-    termination: TerminationConfig = field(default_factory=TerminationConfig)
-    reset: ResetConfig = field(default_factory=ResetConfig)
-
-    def __post_init__(self) -> None:
-        get_layout(self.observation)
 
 
 class GaitEnv(VecEnv):
@@ -109,11 +64,6 @@ class GaitEnv(VecEnv):
         dump_dir: Path | None = None,
         layout: Layout | None = None,
     ) -> None:
-        if config.episode_s < robot.control_dt:
-            raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {robot.control_dt} s")
-        self.config = config
-        self.set_progress(0)
-        self.cfg = config  # rsl_rl's name for it
         self.physics = physics
         self.timing = timing
         self.robot = robot
@@ -121,25 +71,51 @@ class GaitEnv(VecEnv):
         self.num_envs = n = physics.num_envs
         self.num_actions = len(JOINTS)
         self.device = "cpu"
-        self.max_episode_length = round(config.episode_s / robot.control_dt)
         self.generator = torch.Generator().manual_seed(seed)
         self.commands = Commands(config.commands, n, self.generator)
         self._dump_dir = dump_dir
         self._default_pos = torch.tensor(robot.default_joint_pos, dtype=torch.float32)
         self._noise = torch.tensor(self.layout.noise_amplitude(), dtype=torch.float32)
-        self._expectation = clock.SwingExpectation.of(config.rewards.kappa, torch.zeros(1))
+        self._speed_limits = torch.tensor(velocity_limits(robot), dtype=torch.float32)
         self.episode_length_buf = torch.zeros(n, dtype=torch.int64)
         self.phase = torch.zeros(n)
         self.last_action = torch.zeros(n, self.num_actions)
         self.last_torque = torch.zeros(n, self.num_actions)
         self.velocity_h = torch.zeros(n, 3)
+        self.yaw_error = torch.zeros(n)
+        self.heading_held = torch.zeros(n)
+        self.told = torch.zeros(n, 3)
         self.push_due = torch.zeros(n)
-        self._late = (torch.arange(n) < config.randomization.late_share * n)[:, None]
-        self._draw_dynamics()
-        self._reset(torch.arange(n))
-        state = physics.read()
+        self._kappa = math.nan
+        self.begin_stage(config, physics)
+
+    def begin_stage(self, config: EnvConfig, physics: Physics | None = None) -> None:
+        """Take other settings, and another engine if one is given: robots are drawn anew, all episodes begin anew.
+
+        Raises:
+            InvalidValue: for a setting out of range.
+        """
+        if config.episode_s < self.robot.control_dt:
+            raise InvalidValue("episode_s", config.episode_s, f"at least one control step, {self.robot.control_dt} s")
+        self.physics = physics or self.physics
+        self.set_rewards(config)
+        self.max_episode_length = round(config.episode_s / self.robot.control_dt)
+        self.commands.configure(config.commands)
+        held = config.commands.hold_share * self.num_envs
+        self._held = torch.arange(self.num_envs) < held
+        self._set_dynamics(draw(config.randomization, self.num_envs, self.generator))
+        self._reset(torch.arange(self.num_envs))
+        state = self.physics.read()
         self.last_torque.copy_(state.joint_torque)
         self._observation = self._observe(state)
+
+    def set_rewards(self, config: EnvConfig) -> None:
+        """Take the settings of a task that differs in its rewards alone; episodes go on."""
+        self.config = self.cfg = config  # cfg is rsl_rl's name for it
+        self.rewards = config.rewards
+        if self._kappa != config.rewards.kappa:
+            self._kappa = config.rewards.kappa
+            self._expectation = clock.SwingExpectation.of(self._kappa, torch.zeros(1))
 
     def get_observations(self) -> TensorDict:
         """The observations of the present state: the tensors that the last step returned."""
@@ -155,25 +131,24 @@ class GaitEnv(VecEnv):
             observations (of the new episode where one ended), rewards (N,), dones (N,) int64, and extras: ``time_outs``
             (N,) and ``log`` (means of the weighted reward terms, of speed error and of falls).
         """
-        applied = torch.where(self._late, self.last_action, actions)
-        self.physics.step(self._default_pos + self.robot.action_scale * applied)
+        self.physics.step(self._default_pos + self.robot.action_scale * actions)
         state = self.physics.read()
         self.episode_length_buf += 1
         diverged = ~state.finite()
         if diverged.any():
             state = self._discard(state, diverged)
-        duty, period = self.duty_and_period()
-        self.phase = clock.advance(self.phase, period, self.robot.control_dt)
-        self._filter_velocity(state, period)
-        terms = self._reward_terms(state, actions, duty)
+        self._advance_clock()
+        self._filter_velocity(state)
+        height = state.base_pos_w[:, 2] - self.physics.ground(state.base_pos_w)
+        terms = self._reward_terms(state, actions, height)
         reward = rewards.total(terms, self.rewards.exp_share, self.rewards.softness)
         reward[diverged] = 0.0
-        fell = fallen(state, self.config.termination) | diverged
+        fell = fallen(state, self.config.termination, state.base_pos_w[:, 2] - height) | diverged
         time_out = (self.episode_length_buf >= self.max_episode_length) & ~fell
         extras = {"time_outs": time_out.float(), "log": self._log_values(terms, fell)}
         self.last_action = actions.clone()  # a reset writes to it, and the learner keeps its own
         self.last_torque = state.joint_torque
-        self.commands.update(self.episode_length_buf * self.robot.control_dt)
+        changed = self.commands.update(self.episode_length_buf * self.robot.control_dt)
         pushed = self._push_due()
         done = fell | time_out
         ids = torch.nonzero(done).flatten()
@@ -182,23 +157,10 @@ class GaitEnv(VecEnv):
         if len(ids) or pushed:
             state = self.physics.read()
             self.last_torque[ids] = state.joint_torque[ids]
+        if changed or len(ids):
+            self._set_clock()
         self._observation = self._observe(state)
         return self._observation, reward, done.long(), extras
-
-    def set_progress(self, samples: int) -> None:
-        """Take the reward that the curriculum has for so many samples."""
-        self.rewards = self.config.curriculum.at(self.config.rewards, samples)
-
-    def duty_and_period(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """beta and T (s) of the present commands, (N,) each."""
-        v, length = self.commands.velocity[:, 0], self.robot.leg_length
-        duty = self.timing.duty(v, length, self.commands.duty_delta)
-        return duty, self.timing.period(v, length, self.commands.period_delta)
-
-    def leg_phases(self) -> torch.Tensor:
-        """Phase of each leg, (N, 4)."""
-        reversal = self.config.commands.time_reversal
-        return clock.leg_phase(self.phase, self.commands.offsets, self.commands.velocity[:, 0], reversal)
 
     def state_dict(self) -> dict[str, Any]:
         """All that decides what comes next: the engine, the clock, the commands and the random numbers."""
@@ -213,36 +175,67 @@ class GaitEnv(VecEnv):
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from :meth:`state_dict`."""
         self.physics.load_state_dict(state["physics"])
+        self._set_dynamics(None)
         self.commands.load_state_dict(state["commands"])
         self.generator.set_state(state["generator"])
         self._observation = TensorDict(state["observation"], batch_size=[self.num_envs])
         for name in self._STATE:
             setattr(self, name, state[name].clone())
+        self._set_clock()
 
-    _STATE = ("episode_length_buf", "phase", "last_action", "last_torque", "velocity_h", "push_due", "dynamics")
+    _STATE = (
+        "episode_length_buf",
+        "phase",
+        "last_action",
+        "last_torque",
+        "velocity_h",
+        "yaw_error",
+        "heading_held",
+        "told",
+        "push_due",
+    )
 
-    def _filter_velocity(self, state: RobotState, period: torch.Tensor) -> None:
-        strides = self.rewards.velocity_filter
+    def _set_clock(self) -> None:
+        """What the commands ask of the legs: ``standing``, ``duty``, ``period`` (N,), and ``leg_phases`` (N, 4)."""
+        c, v, length = self.commands, self.commands.velocity[:, 0], self.robot.leg_length
+        self.standing = stands(c.velocity) & c.config.steered
+        self.duty = torch.where(self.standing, STANDING_DUTY, self.timing.duty(v, length, c.duty_delta))
+        self.period = self.timing.period(v, length, c.period_delta)
+        self._clock_dt = torch.where(self.standing, 0.0, self.robot.control_dt)
+        self._set_phases()
+
+    def _set_phases(self) -> None:
+        v, reversal = self.commands.velocity[:, 0], self.config.commands.time_reversal
+        self.leg_phases = clock.leg_phase(self.phase, self.commands.offsets, v, reversal)
+
+    def _advance_clock(self) -> None:
+        self.phase = clock.advance(self.phase, self.period, self._clock_dt)
+        self._set_phases()
+
+    def _filter_velocity(self, state: RobotState) -> None:
+        strides, dt = self.rewards.velocity_filter, self.robot.control_dt
         now = heading_velocity(state)
         if strides > 0.0:
-            gain = -torch.expm1(-self.robot.control_dt / (strides * period))[:, None]
+            gain = -torch.expm1(-dt / (strides * self.period))[:, None]
             now = self.velocity_h + gain * (now - self.velocity_h)
         self.velocity_h = now
+        gain = -math.expm1(-dt / self.rewards.heading_filter_s)
+        self.yaw_error = self.yaw_error + gain * (now[:, 2] - self.told[:, 2] - self.yaw_error)
 
-    def _reward_terms(self, state: RobotState, actions: torch.Tensor, duty: torch.Tensor) -> dict[str, torch.Tensor]:
-        c, command = self.rewards, self.commands.velocity
-        phases = self.leg_phases()
-        sole_height = state.foot_pos_w[..., 2] - self.physics.foot_radius
+    def _reward_terms(self, state: RobotState, actions: torch.Tensor, height: torch.Tensor) -> dict[str, torch.Tensor]:
+        c, told = self.rewards, self.told
+        phases, duty = self.leg_phases, self.duty
+        sole_height = state.foot_pos_w[..., 2] - self.physics.ground(state.foot_pos_w) - self.physics.foot_radius
         swing, progress = clock.in_swing(phases, duty), clock.swing_progress(phases, duty)
         force, speed = state.foot_force_w.norm(dim=-1), state.foot_vel_w.norm(dim=-1)
-        x, y, yaw = self.velocity_h.unbind(dim=1)
+        x, y, yaw_rate = self.velocity_h.unbind(dim=1)
         band = self.robot.base_height_range
         expected = self._expectation(phases, duty)
         terms = {
-            "x_velocity": c.x_velocity * rewards.velocity_error(x, command[:, 0], c.x_rate),
-            "y_velocity": c.y_velocity * rewards.velocity_error(y, command[:, 1], c.y_rate),
-            "yaw_velocity": c.yaw_velocity * rewards.velocity_error(yaw, command[:, 2], c.yaw_rate),
-            "base_height": c.base_height * rewards.base_height(state.base_pos_w[:, 2], band, c.height_rate),
+            "x_velocity": c.x_velocity * rewards.velocity_error(x, told[:, 0], c.x_rate),
+            "y_velocity": c.y_velocity * rewards.velocity_error(y, told[:, 1], c.y_rate),
+            "yaw_velocity": c.yaw_velocity * rewards.velocity_error(yaw_rate, told[:, 2], c.yaw_rate),
+            "base_height": c.base_height * rewards.base_height(height, band, c.height_rate),
             "torque_change": c.torque_change
             * rewards.torque_change(state.joint_torque, self.last_torque, c.torque_rate),
             "hip_action": c.hip_action * rewards.hip_action(actions, c.hip_rate),
@@ -254,47 +247,71 @@ class GaitEnv(VecEnv):
             terms["morphological"] = c.morphological * rewards.morphological(
                 state.joint_pos, self.commands.offsets, c.pair_rate
             )
+        if c.heading > 0.0:
+            terms["heading"] = -c.heading * rewards.saturating(self.yaw_error.abs(), c.heading_rate)
+        if c.joint_speed > 0.0:
+            free = c.joint_speed_share * self._speed_limits
+            terms["joint_speed"] = c.joint_speed * rewards.joint_speed(state.joint_vel, free, c.joint_speed_rate)
+        if c.stance > 0.0:
+            deviation = state.joint_pos - self._default_pos
+            terms["stance"] = c.stance * rewards.stance(deviation, self.standing, c.stance_rate)
         return terms
 
     def _log_values(self, terms: dict[str, torch.Tensor], fell: torch.Tensor) -> dict[str, torch.Tensor]:
-        log = {f"reward/{name}": value.mean() for name, value in terms.items()}
-        log["task/x_velocity_error"] = (self.velocity_h[:, 0] - self.commands.velocity[:, 0]).abs().mean()
+        means = torch.stack(list(terms.values())).mean(dim=1)
+        log = {f"reward/{name}": mean for name, mean in zip(terms, means, strict=True)}
+        error = (self.velocity_h - self.told).abs().mean(dim=0)
+        log["task/x_velocity_error"], log["task/y_velocity_error"], log["task/yaw_rate_error"] = error
         log["task/fell_per_s"] = fell.float().mean() / self.robot.control_dt
         return log
 
     def _observe(self, state: RobotState) -> TensorDict:
-        duty, _ = self.duty_and_period()
-        phases = self.leg_phases()
+        self._steer(state)
         situation = Situation(
-            sensed=Sensed(projected_gravity(state.base_quat_w), state.joint_pos, state.joint_vel, state.base_ang_vel_b),
+            sensed=Sensed(
+                projected_gravity(state.base_quat_w),
+                state.joint_pos + self._joint_offset,
+                state.joint_vel,
+                state.base_ang_vel_b,
+            ),
             default_joint_pos=self._default_pos,
             last_action=self.last_action,
             offsets=self.commands.offsets,
-            velocity=self.commands.velocity,
-            leg_phases=phases,
-            duty=duty,
+            velocity=self.told,
+            leg_phases=self.leg_phases,
+            duty=self.duty,
         )
         policy = observe(self.layout, situation)
         if self.config.randomization.observation_noise:
-            policy = policy + self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
-        privileged = PRIVILEGED.assemble(
-            privileged_terms(
-                state,
-                self.velocity_h,
-                phases,
-                self.dynamics,
-                self.physics.foot_radius,
-                self._default_pos,
-                self.robot.base_height,
-            )
+            policy += self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
+        foot = state.foot_pos_w
+        changing = privileged_terms(
+            state,
+            self.velocity_h,
+            self.leg_phases,
+            self._default_pos,
+            state.base_pos_w[:, 2] - self.physics.ground(state.base_pos_w) - self.robot.base_height,
+            foot[..., 2] - self.physics.ground(foot) - self.physics.foot_radius,
         )
+        privileged = PRIVILEGED.assemble(changing | self._constant)
         return TensorDict({"policy": policy, "privileged": privileged}, batch_size=[self.num_envs])
 
-    def _draw_dynamics(self) -> None:
-        r, n = self.config.randomization, (self.num_envs,)
-        mass, friction = uniform(r.added_mass, n, self.generator), uniform(r.friction, n, self.generator)
-        self.dynamics = torch.stack([mass, friction], dim=1)
-        self.physics.set_dynamics(mass.double().numpy(), friction.double().numpy())
+    def _steer(self, state: RobotState) -> None:
+        """What the policy is told: the commands, with the yaw rate of heading hold where that is on."""
+        command = self.commands.velocity
+        if not self.config.commands.hold_share:
+            self.told = command.clone()
+            return
+        hold = self.config.commands.steering.heading_hold
+        held, self.heading_held = hold.apply(command, yaw(state.base_quat_w), self.heading_held)
+        self.told = torch.where(self._held[:, None], held, command)
+
+    def _set_dynamics(self, dynamics: Dynamics | None) -> None:
+        """Make the robots others; None takes those that the engine has."""
+        if dynamics is not None:
+            self.physics.set_dynamics(dynamics)
+        self._constant = constant_terms(self.physics.dynamics)
+        self._joint_offset = torch.from_numpy(self.physics.dynamics.joint_offset).float()
 
     def _reset(self, ids: torch.Tensor) -> None:
         n, r = len(ids), self.config.reset
@@ -320,7 +337,10 @@ class GaitEnv(VecEnv):
         self.phase[ids] = torch.rand(n, generator=self.generator)
         self.last_action[ids] = 0.0
         self.velocity_h[ids] = torch.cat([velocity[:, :2], torch.zeros(n, 1)], dim=1)
+        self.yaw_error[ids] = 0.0
+        self.heading_held[ids] = heading
         self.push_due[ids] = uniform(self.config.randomization.push_interval_s, (n,), self.generator)
+        self._set_clock()
 
     def _push_due(self) -> bool:
         time = self.episode_length_buf * self.robot.control_dt

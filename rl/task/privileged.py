@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
+from rl.physics.dynamics import Dynamics
 from rl.physics.protocol import RobotState
 from symdyn.policy.layout import Layout, Term
 from symdyn.robot.frames import projected_gravity, rotate_inverse
@@ -27,12 +28,16 @@ PRIVILEGED = Layout(
             "velocity_h", ("v_x", "v_y", "yaw_rate"), "m/s, m/s, rad/s", 1.0, 0.0, "planar_velocity_b",
             "the velocities that the reward judges",
         ),
-        Term("base_height", ("z",), "m", 5.0, 0.0, "invariant", "trunk height minus Robot.base_height"),
+        Term("base_height", ("z",), "m", 5.0, 0.0, "invariant", "trunk height above ground minus Robot.base_height"),
         Term("foot_force", LEGS, "N", 0.01, 0.0, "leg", "magnitude of the ground reaction force"),
         Term("foot_height", LEGS, "m", 10.0, 0.0, "leg", "sole above ground"),
         Term("foot_speed", LEGS, "m/s", 0.5, 0.0, "leg", "speed of the foot"),
         Term("clock_cos", LEGS, "1", 1.0, 0.0, "leg", "cos(2 pi phi_i)"),
-        Term("dynamics", ("added_mass", "friction"), "kg, 1", 1.0, 0.0, "invariant", "what was randomised"),
+        Term(
+            "dynamics", ("added_mass", "friction", "strength"), "kg, 1, 1", 1.0, 0.0, "invariant", "what was randomised"
+        ),
+        Term("delay", ("delay",), "s", 50.0, 0.0, "invariant", "from command to motor response"),
+        Term("com_shift_b", _XYZ, "m", 20.0, 0.0, "polar_b", "displacement of the trunk's centre of mass"),
     )
 )  # fmt: skip
 
@@ -41,10 +46,9 @@ def privileged_terms(
     state: RobotState,
     velocity_h: torch.Tensor,
     leg_phases: torch.Tensor,
-    dynamics: torch.Tensor,
-    foot_radius: float,
     default_joint_pos: torch.Tensor,
-    base_height: float,
+    base_height: torch.Tensor,
+    foot_height: torch.Tensor,
 ) -> dict[str, torch.Tensor]:
     """The values of :data:`PRIVILEGED`.
 
@@ -52,10 +56,11 @@ def privileged_terms(
         state: of N robots.
         velocity_h: (N, 3).
         leg_phases: (N, 4).
-        dynamics: (N, 2) added mass and friction factor.
-        foot_radius: m.
         default_joint_pos: (12,) rad.
-        base_height: what heights are measured from, m.
+        base_height: (N,) of the trunk above the ground minus Robot.base_height, m.
+        foot_height: (N, 4) of the soles above the ground, m.
+
+    Those of :func:`constant_terms` are to be added.
     """
     return {
         "gravity_b": projected_gravity(state.base_quat_w),
@@ -64,10 +69,19 @@ def privileged_terms(
         "base_lin_vel_b": rotate_inverse(state.base_quat_w, state.base_lin_vel_w),
         "base_ang_vel_b": state.base_ang_vel_b,
         "velocity_h": velocity_h,
-        "base_height": state.base_pos_w[:, 2:] - base_height,
+        "base_height": base_height[:, None],
         "foot_force": state.foot_force_w.norm(dim=-1),
-        "foot_height": state.foot_pos_w[..., 2] - foot_radius,
+        "foot_height": foot_height,
         "foot_speed": state.foot_vel_w.norm(dim=-1),
         "clock_cos": torch.cos(2.0 * np.pi * leg_phases),
-        "dynamics": dynamics,
+    }
+
+
+def constant_terms(dynamics: Dynamics) -> dict[str, torch.Tensor]:
+    """The values of :data:`PRIVILEGED` that do not change while a robot runs."""
+    columns = (dynamics.added_mass, dynamics.friction, dynamics.strength.mean(axis=1))
+    return {
+        "dynamics": torch.from_numpy(np.column_stack(columns)).float(),
+        "delay": torch.from_numpy(dynamics.delay[:, None].copy()).float(),
+        "com_shift_b": torch.from_numpy(dynamics.com_shift_b.copy()).float(),
     }

@@ -1,95 +1,20 @@
-"""The reward of the paper: Table II and the symmetry terms of section III-D.
+"""The reward of the paper: Table II and the symmetry terms of section III-D; and three terms that are not in it.
 
 Every term is a pure function of tensors to (N,), at most zero and bounded by its weight; weights and shapes stand in
-:class:`RewardConfig`. Velocities are those of the heading frame (symdyn.robot.frames): forward, lateral, and the yaw
-rate.
+:class:`rl.task.settings.RewardConfig`. Velocities are those of the heading frame (symdyn.robot.frames): forward,
+lateral, and the yaw rate.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
-
 import numpy as np
 import torch
 
-from symdyn.errors import InvalidValue
 from symdyn.gait.symmetry import PAIRS, pair_joint_signs, pairs_in_phase
 from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS
 
 _HIPS = [JOINTS.index(f"{leg}_hip") for leg in LEGS]
 _FIRST, _SECOND = (list(side) for side in zip(*PAIRS, strict=True))
-
-
-@dataclass(frozen=True)
-class RewardConfig:
-    """Weights and shapes; the defaults are the paper's.
-
-    Attributes:
-        x_velocity: weight of the forward velocity. A term lies in [-weight, 0], in units of reward.
-        y_velocity: weight of the lateral velocity.
-        yaw_velocity: weight of the yaw rate.
-        base_height: weight of the trunk's height.
-        torque_change: weight of changes of torque.
-        hip_action: weight of hip actions.
-        clearance: weight of the clearance of swinging feet.
-        temporal: weight of the clock (R_tem), for each leg.
-        morphological: weight of the likeness of legs in phase (R_mor).
-        x_rate: 1 - exp(-rate * error), per m/s.
-        y_rate: per m/s.
-        yaw_rate: per rad/s.
-        height_rate: per m outside the band.
-        torque_rate: per N m of summed change.
-        hip_rate: per unit of action.
-        clearance_rate: per m of shortfall.
-        force_rate: per N on a foot that should swing.
-        foot_speed_rate: per m/s of a foot that should stand.
-        pair_rate: per rad of summed difference between legs in phase.
-        clearance_height: height that the sole of a swinging foot should reach, m (the paper gives none).
-        kappa: concentration of the von Mises smoothing of swing and stance (the paper gives none): 16 is 4% of a
-            stride.
-        morphological_term: False leaves out R_mor (an ablation of the paper).
-        velocity_filter: time constant of a low-pass on the velocities before they are judged, in strides; 0 judges the
-            instantaneous ones (paper). Asymmetric gaits sway within every stride and are not to be punished for it.
-        exp_share: 0 makes the reward max(0, 1 + sum) (paper); 1 makes it exp(sum), which agrees with that to first
-            order near the optimum and, never being clipped, has a slope everywhere; between them it is their mixture.
-        softness: width of the smooth bend in place of the corner of max(0, 1 + sum), in units of reward; 0 keeps the
-            corner (paper).
-    """
-
-    x_velocity: float = 0.3
-    y_velocity: float = 0.3
-    yaw_velocity: float = 0.3
-    base_height: float = 0.3
-    torque_change: float = 0.1
-    hip_action: float = 0.15
-    clearance: float = 0.15
-    temporal: float = 0.15
-    morphological: float = 0.15
-    x_rate: float = 2.0
-    y_rate: float = 10.0
-    yaw_rate: float = 5.0
-    height_rate: float = 5.0
-    torque_rate: float = 0.1
-    hip_rate: float = 0.5
-    clearance_rate: float = 20.0
-    force_rate: float = 0.001
-    foot_speed_rate: float = 2.0
-    pair_rate: float = 5.0
-    clearance_height: float = 0.05
-    kappa: float = 16.0
-    morphological_term: bool = True
-    velocity_filter: float = 0.0
-    exp_share: float = 0.0
-    softness: float = 0.0
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, float) and not 0.0 <= value < math.inf:
-                raise InvalidValue(item.name, value, "a number >= 0")
-        if self.exp_share > 1.0:
-            raise InvalidValue("exp_share", self.exp_share, "in [0, 1]")
 
 
 def saturating(amount: torch.Tensor, rate: float) -> torch.Tensor:
@@ -169,6 +94,16 @@ def pair_difference(joint_pos: torch.Tensor, offsets: torch.Tensor) -> torch.Ten
 def morphological(joint_pos: torch.Tensor, offsets: torch.Tensor, rate: float) -> torch.Tensor:
     """R_mor: :func:`pair_difference`, saturated. (N, 12), (N, 4) -> (N,)."""
     return -saturating(pair_difference(joint_pos, offsets), rate)
+
+
+def joint_speed(joint_vel: torch.Tensor, free: torch.Tensor, rate: float) -> torch.Tensor:
+    """Summed joint speed beyond what is free, (12,) rad/s. (N, 12) -> (N,)."""
+    return -saturating((joint_vel.abs() - free).clamp(min=0.0).sum(dim=1), rate)
+
+
+def stance(joint_pos_rel: torch.Tensor, standing: torch.Tensor, rate: float) -> torch.Tensor:
+    """Summed deviation from the nominal stance of robots that are told to stand. (N, 12), (N,) -> (N,)."""
+    return -saturating(joint_pos_rel.abs().sum(dim=1), rate) * standing
 
 
 def total(terms: dict[str, torch.Tensor], exp_share: float, softness: float = 0.0) -> torch.Tensor:

@@ -13,6 +13,9 @@ from array_api_compat import array_namespace
 
 from symdyn.arrays import Array
 
+_SHORTEST_SWING = 1e-9
+"""Share of a stride; what takes its place as a divisor when a robot stands."""
+
 
 def wrapped(x: Array) -> Array:
     """A phase on the circle: x mod 1, in [0, 1). Same shape.
@@ -23,7 +26,7 @@ def wrapped(x: Array) -> Array:
     return turned * (turned < 1.0)
 
 
-def advance(phase: Array, period: Array, dt: float) -> Array:
+def advance(phase: Array, period: Array, dt: Array | float) -> Array:
     """Integrate the stride phase over ``dt``: ``phi + dt / T``, wrapped.
 
     Integrated and never computed as ``t / T``: T changes with the command, and the clock must not jump with it.
@@ -31,7 +34,7 @@ def advance(phase: Array, period: Array, dt: float) -> Array:
     Args:
         phase: (...,) stride phase in [0, 1).
         period: (...,) stride period, s.
-        dt: s.
+        dt: s, one for all or (...,); the clock of a robot that stands is given 0.
 
     Returns:
         (...,) in [0, 1).
@@ -75,9 +78,12 @@ def in_swing(leg_phases: Array, duty: Array) -> Array:
 
 
 def swing_progress(leg_phases: Array, duty: Array) -> Array:
-    """How far a leg is through its swing, clip(phi_i / (1 - beta), 0, 1): s_i of the paper. (..., 4)."""
+    """How far a leg is through its swing, clip(phi_i / (1 - beta), 0, 1): s_i of the paper. (..., 4).
+
+    For a duty factor of 1 there is no swing, and the result is 1 (0 at phase 0).
+    """
     xp = array_namespace(leg_phases, duty)
-    return xp.clip(leg_phases / (1.0 - duty)[..., None], 0.0, 1.0)
+    return xp.clip(leg_phases / xp.clip(1.0 - duty, _SHORTEST_SWING, None)[..., None], 0.0, 1.0)
 
 
 def touchdown_phase(duty: Array, velocity_x: Array, time_reversal: bool = True) -> Array:

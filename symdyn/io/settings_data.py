@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Mapping
 from dataclasses import MISSING, asdict, fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
@@ -78,6 +79,9 @@ def _build(hint: Any, value: Any, key: str, origin: object) -> Any:
         if len(hints) == len(value):
             pairs = enumerate(zip(hints, value, strict=True))
             return tuple(_build(item_hint, item, f"{key}[{i}]", origin) for i, (item_hint, item) in pairs)
+    elif kind is Mapping:
+        if isinstance(value, dict) and all(isinstance(name, str) for name in value):
+            return value
     elif kind is Literal:
         if value in arguments:
             return value
@@ -143,6 +147,8 @@ def _allowed(hint: Any) -> str:
     if kind is tuple:
         number = "" if arguments[-1] is Ellipsis else f" of {len(arguments)}"
         return f"a list{number}, each {_allowed(arguments[0])}"
+    if kind is Mapping:
+        return "a table"
     names = {
         float: "a finite number",
         int: "a whole number",

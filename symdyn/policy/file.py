@@ -22,6 +22,7 @@ from symdyn.errors import FileProblem, InvalidValue, PolicyMismatch
 from symdyn.gait.library import Gait
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.metadata import PolicyMetadata
+from symdyn.policy.steering import HeadingHold
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 from symdyn.robot.robot_file import ROBOTS, get_robot
@@ -50,6 +51,9 @@ class Policy:
         self._default_joint_pos = np.array(metadata.default_joint_pos)
         self.metadata = metadata
         self.robot = metadata.applied_to(robot)
+
+    def __deepcopy__(self, memo: object) -> Policy:
+        return self  # nothing in it ever changes
 
     @classmethod
     def load(cls, path: Path | str, robot: Robot | None = None) -> Policy:
@@ -87,6 +91,14 @@ class Policy:
     def with_timing(self, timing: TimingCurve) -> Policy:
         """The same network under other curves."""
         return Policy(self._session, replace(self.metadata, timing=timing), self.robot)
+
+    def with_heading_hold(self, hold: HeadingHold) -> Policy:
+        """The same network with another heading hold; itself, if it is not steered."""
+        steering = self.metadata.steering
+        if steering is None:
+            return self
+        steering = replace(steering, heading_hold=hold)
+        return Policy(self._session, replace(self.metadata, steering=steering), self.robot)
 
     @property
     def timing(self) -> TimingCurve:

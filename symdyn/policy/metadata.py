@@ -13,9 +13,11 @@ import numpy as np
 from symdyn.errors import FileProblem, InvalidValue, PolicyMismatch
 from symdyn.gait.library import Gait
 from symdyn.gait.timing import GRAVITY, TimingCurve
+from symdyn.io.settings_data import plain, rebuild
 from symdyn.policy.json_fields import Fields
 from symdyn.policy.layout import Layout
 from symdyn.policy.observation import read_layout
+from symdyn.policy.steering import Steering
 from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS, LEGS
 
@@ -45,6 +47,8 @@ class PolicyMetadata:
         timing: T(v) and beta(v).
         command_range: (low, high) of each of :data:`COMMANDS` in training, m/s, m/s, rad/s.
         time_reversal: whether the phase map for v < 0 was used in training.
+        steering: dead band and heading hold of its commands; None for a policy that was trained without, which steps in
+            place at zero command.
         training: where it came from: ``commit`` of the checkout that made the file (``-dirty`` if it had changes, or
             ``unknown``); ``config``, the nested settings of the run; ``samples`` learned from; ``seed`` of the run.
     """
@@ -64,6 +68,7 @@ class PolicyMetadata:
     command_range: Mapping[str, tuple[float, float]]
     time_reversal: bool
     training: Mapping[str, Any]
+    steering: Steering | None = None
 
     def to_json(self) -> str:
         """As the policy file holds it. Numbers are exact."""
@@ -80,6 +85,8 @@ class PolicyMetadata:
             "time_reversal": self.time_reversal,
             "training": dict(self.training),
         }
+        if self.steering is not None:
+            data["steering"] = plain(self.steering)
         return json.dumps(data, allow_nan=False)
 
     @classmethod
@@ -121,6 +128,7 @@ class PolicyMetadata:
                 "samples": training.whole("samples"),
                 "seed": training.whole("seed"),
             },
+            steering=rebuild(Steering, data["steering"], origin) if "steering" in data else None,
         )
 
     def check_made_for(self, robot: Robot, origin: object) -> None:

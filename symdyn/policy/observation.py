@@ -54,12 +54,15 @@ class Sensed:
         joint_pos: (n, 12) rad.
         joint_vel: (n, 12) rad/s.
         angular_velocity_b: (n, 3) rad/s, the gyroscope; None for a driver without one.
+        heading: (n,) yaw of the trunk, rad, from any origin; None for a driver without one. No policy observes it:
+            heading hold goes by it (symdyn.policy.steering).
     """
 
     gravity_b: Array
     joint_pos: Array
     joint_vel: Array
     angular_velocity_b: Array | None = None
+    heading: Array | None = None
 
 
 SENSORS: tuple[str, ...] = tuple(field.name for field in fields(Sensed))

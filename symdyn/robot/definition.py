@@ -95,6 +95,8 @@ class Robot:
         gear_ratio: motor turns per joint turn for the joint with the lowest torque limit, where the URDF has a link
             ``..._rotor`` beside each driven one; the other ratios follow from the torque limits, the motors being
             alike. Without it the joints carry no reflected rotor inertia.
+        torque_knee: share of a joint's velocity limit up to which its motor gives its full torque; from there the
+            torque along the motion falls linearly to zero at the limit. Without it speed does not limit torque.
         limits: of joints, where the URDF has none or wrong ones.
 
     Raises:
@@ -112,6 +114,7 @@ class Robot:
     leg_length: float
     base_height_range: tuple[float, float]
     gear_ratio: float | None = None
+    torque_knee: float | None = None
     limits: tuple[JointLimit, ...] = ()
 
     def __post_init__(self) -> None:
@@ -121,6 +124,8 @@ class Robot:
             value = getattr(self, name)
             if value is not None and not 0.0 < value < math.inf:
                 raise InvalidValue(name, value, "a number > 0")
+        if self.torque_knee is not None and not 0.0 <= self.torque_knee < 1.0:
+            raise InvalidValue("torque_knee", self.torque_knee, "in [0, 1)")
         if not 0.0 <= self.kd < math.inf:
             raise InvalidValue("kd", self.kd, "a number >= 0")
         low, high = self.base_height_range

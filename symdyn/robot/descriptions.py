@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
+from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.errors import FileProblem, ResourceProblem
 from symdyn.robot.definition import Robot
@@ -11,6 +17,7 @@ from symdyn.robot.robot_file import EXAMPLE_ROBOT_DATA
 from symdyn.robot.urdf_numbers import check_numbers
 
 
+@cache  # what is installed does not change, and to list it takes longer than to build a model
 def robots_folder() -> Path:
     """Folder ``robots`` of the installed example-robot-data, whose wheel ships data only: there is nothing to import.
 
@@ -42,6 +49,31 @@ def urdf_path(robot: Robot) -> Path:
         raise FileProblem(path, f"the description of {robot.name} does not exist.")
     check_numbers(path)
     return path
+
+
+def velocity_limits(robot: Robot) -> NDArray[np.float64]:
+    """Highest speed of each joint, (12,) rad/s in the order of JOINTS: from the robot file, else from the URDF.
+
+    Raises:
+        FileProblem: if neither has one, or the URDF is missing or no XML.
+        ResourceProblem: if example-robot-data is not installed.
+    """
+    path = urdf_path(robot)
+    try:
+        joints = {joint.get("name"): joint.find("limit") for joint in ElementTree.parse(path).iter("joint")}
+    except (OSError, ElementTree.ParseError) as error:
+        raise FileProblem(path, f"cannot be read as a URDF ({error}).") from error
+    found = []
+    for name in robot.joint_names:
+        limit = joints.get(name)
+        text = None if limit is None else limit.get("velocity")
+        try:
+            found.append(robot.limit(name).velocity or float(text or "nan"))
+        except ValueError:
+            raise FileProblem(path, f"has {text!r} as the velocity limit of {name!r}, which is no number.") from None
+        if not 0.0 < found[-1] < math.inf:
+            raise FileProblem(path, f"has no velocity limit for {name!r}; the robot file can give one under limits.")
+    return np.array(found)
 
 
 def package_folders(urdf: Path) -> list[Path]:

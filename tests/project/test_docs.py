@@ -75,7 +75,7 @@ def flags(config: Any, path: tuple[str, ...] = ()) -> list[str]:
 
 def test_every_setting_has_a_row_with_default_and_meaning(site):
     from hardware.control.settings import Settings
-    from rl.learning.config import preset
+    from rl.learning.presets import preset
 
     training = text_of(site / "reference" / "settings.html")
     known = [flag for flag in flags(preset("paper")) if not flag.startswith("--env.curriculum.final.")]

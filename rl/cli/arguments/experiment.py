@@ -18,9 +18,10 @@ class ExperimentArguments:
     """Run experiments of the paper's Results section on a policy file. Each writes figures, metrics.json and a table
     with the paper's value, the goal and the measured value. Seeds are fixed. Names: velocity (tracking of -2, -1, 0.2,
     2 m/s), gaits (strides in the commanded gait), transitions (every ordered pair of gaits), cot (cost of transport),
-    ablation (policies trained without one symmetry), robustness (random commands, other robots, pushes, latency),
-    terrain (bumps of 4 cm), reversal (backwards compared with forwards), mixtures (gaits between two gaits), learning
-    (checkpoints of training runs), or all (every one except learning).
+    ablation (policies trained without one symmetry), robustness (random commands, other robots, pushes, delays),
+    steering (turns, sideways, straight ahead, standing), terrain (bumps of 4 cm), reversal (backwards compared with
+    forwards), mixtures (gaits between two gaits), learning (checkpoints of training runs), or all (every one except
+    learning).
 
     Attributes:
         names: experiments to run.

@@ -11,12 +11,15 @@ from typing import Annotated
 
 import tyro
 
-from rl.learning.config import TrainConfig, preset
+from rl.learning.config import TrainConfig
+from rl.learning.presets import DEFAULT_PRESET, preset
 from symdyn.errors import InvalidValue
 from symdyn.io.command_line import parsed
 from symdyn.io.settings_data import differences
 
 _FIRST = (
+    "settings",
+    "write_settings",
     "out",
     "resume",
     "start_from",
@@ -34,21 +37,22 @@ _FIRST = (
     "config.env.rewards.x_velocity",
     "config.env.rewards.temporal",
     "config.env.rewards.morphological",
-    "config.ppo.learning_rate",
-    "config.ppo.epochs",
+    "config.candidates",
     "config.ppo.equivariant",
 )
-"""The twenty options that ``--help`` shows; ``--help-all`` shows all."""
+"""The options that ``--help`` shows; ``--help-all`` shows all."""
 
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """Train one policy for every gait with PPO. --preset sets the defaults shown below: cpu (the default, fastest on
-    two cores); polish, sharpen and harden (each started from a run of the one before: sudden reversals and less effort;
-    exact timing; delayed commands, loads and pushes); paper (section III-E of the paper); smoke (seconds, to check that
-    training runs). Ctrl-C saves the run and prints the command that continues it.
+    """Train one policy for every gait with PPO, from nothing to a policy file. --preset sets the defaults shown below:
+    cpu (the default: one run in stages, on two cores); paper (section III-E of the paper); smoke (seconds, to check
+    that training runs). Settings that change on the way are in the stages of a settings file: --write-settings FILE
+    writes one, --settings FILE trains with it. Ctrl-C saves the run and prints the command that continues it.
 
     Attributes:
+        settings: settings file to use instead of a preset, such as RUN/config.yaml.
+        write_settings: write the settings to this file and do not train.
         out: run directory; runs/DATE-TIME-PRESET if left out.
         resume: run directory to continue, exactly as if it had not been interrupted. Its settings are kept; only
             --iterations, the total, may change.
@@ -58,6 +62,8 @@ class TrainArguments:
         config: settings.
     """
 
+    settings: Path | None = None
+    write_settings: Path | None = None
     out: Path | None = None
     resume: Path | None = None
     start_from: Path | None = None
@@ -72,28 +78,41 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
         SymdynError: for a bad value, an unknown preset, a directory that is no run, or a resumed run's setting changed.
     """
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--preset", default="cpu")
+    first.add_argument("--preset")
+    first.add_argument("--settings", type=Path)
     first.add_argument("--resume", type=Path)
     known, _ = first.parse_known_args(list(arguments))
-    if known.resume is None:
-        default = preset(known.preset)
+    if known.preset is not None and known.settings is not None:
+        raise InvalidValue("--preset", known.preset, "left out with --settings, which has every setting")
+    if known.resume is None and known.settings is None:
+        default = preset(known.preset or DEFAULT_PRESET)
     else:
         from rl.learning import config_file, run_dir  # with torch, which help need not wait for
 
-        default = config_file.load(run_dir.existing(known.resume) / run_dir.CONFIG)
+        own = known.settings if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
+        default = config_file.load(own)
     args = parsed(TrainArguments, arguments, "symdyn train", TrainArguments(config=default), first=_FIRST)
     if args.start_std is not None:
         if args.start_from is None:
             raise InvalidValue("--start-std", args.start_std, "left out without --start-from")
         if not 0.0 < args.start_std < math.inf:
             raise InvalidValue("--start-std", args.start_std, "a number > 0")
+    given = differences(args.config, default)
+    for stage in args.config.stages:
+        if overruled := [name for name in given if name in stage.settings]:
+            raise InvalidValue(
+                "Flags for " + ", ".join(overruled),
+                "given",
+                f"left out: stage {stage.name!r} sets them. Edit a settings file (--write-settings, --settings)",
+            )
     if args.resume is not None:
         changed = differences(replace(args.config, iterations=default.iterations), default)
         if changed:
             raise InvalidValue(
                 "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
             )
-        for flag, value in (("--out", args.out), ("--start-from", args.start_from)):
+        others = (("--out", args.out), ("--start-from", args.start_from), ("--settings", args.settings))
+        for flag, value in others:
             if value is not None:
                 raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")
     return args

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 
 from rl.judging.simulate import Script, Segment, sample, sensed, standing
 from rl.physics.batch import BatchPhysics
+from rl.physics.dynamics import Dynamics
 from rl.physics.model import build_model
 from rl.physics.terrain import Terrain
-from rl.task.termination import TerminationConfig, fallen
+from rl.task.settings import TerminationConfig
+from rl.task.termination import fallen
 from rl.viewer.live.history import History
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import Gait
@@ -137,7 +139,9 @@ class LiveSimulation:
         if ground_changes:
             self.physics = self._physics_on(world.terrain)
         self.world = world
-        self.physics.set_dynamics(np.array([world.payload]), np.array([world.friction]))
+        self.physics.set_dynamics(
+            Dynamics.nominal(1, added_mass=np.array([world.payload]), friction=np.array([world.friction]))
+        )
         if ground_changes:
             self._start("ground")
         elif weight_changes:

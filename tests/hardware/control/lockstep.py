@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from functools import cache
 
 from hardware.control.controller import Controller, State
@@ -33,6 +34,34 @@ def world(
     """A lying robot and a person who goes through a scenario."""
     rig = Rig(go2(seed), get_scenario(scenario), fault, seed)
     return Lockstep(Controller(shipped(), settings or Settings(), dry), rig)
+
+
+@cache
+def _before(state: State, settings: Settings) -> tuple[Lockstep, list[Moment]]:
+    its, moments = world("run", settings=settings), []
+    while its.time < 9.0:
+        here = copy.deepcopy(its)
+        ahead = its.run(0.1)
+        if any(moment.tick.state is state for moment in ahead):
+            return here, moments
+        moments += ahead
+    raise AssertionError(f"{state} was not reached: {moments[-1].tick.fault}")
+
+
+def before(state: State, settings: Settings, fault: PlannedFault | None = None) -> Lockstep:
+    """A robot in the scenario ``run``, at most a tenth of a second before a state is entered.
+
+    It is a copy of one that came there without a fault: up to then, a fault that comes later makes no difference.
+    """
+    its = copy.deepcopy(_before(state, settings)[0])
+    if fault is not None:
+        its.rig.plan(fault)
+    return its
+
+
+def up_to(state: State, settings: Settings) -> list[Moment]:
+    """The ticks of :func:`before` up to then."""
+    return _before(state, settings)[1]
 
 
 def until(world: Lockstep, state: State, within: float) -> list[Moment]:

@@ -29,7 +29,7 @@ from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.gait.phase import advance
 from symdyn.gait.symmetry import gait_by_name
 from symdyn.policy.driver import PolicyDriver
-from tests.hardware.control.lockstep import STANDS_AFTER, shipped, until, world
+from tests.hardware.control.lockstep import STANDS_AFTER, before, shipped, until, up_to, world
 from tests.hardware.robot_sim.simulated import go2
 
 QUICK = Settings(stand=StandConfig(rise_s=0.8, ramp_s=0.2, settle_s=0.2, wiggle_s=0.1))
@@ -102,21 +102,22 @@ class TestPaperExperiment:
         assert acted[::4].all()
         assert acted.sum() == -(-len(running) // 4)
         phase = running[0].tick.phase
-        for before, moment in pairwise(running):
+        for earlier, moment in pairwise(running):
             # the period of the command before, and then the new command's clock: no jump with the command
-            phase = float(advance(np.array([phase]), np.array([before.tick.period]), moment.time - before.time)[0])
+            phase = float(advance(np.array([phase]), np.array([earlier.tick.period]), moment.time - earlier.time)[0])
             assert abs((phase - moment.tick.phase + 0.5) % 1.0 - 0.5) < 1e-9
         assert its.controller.policy.metadata.control_dt * TICK_HZ == 4
 
     def test_runs_each_gait_as_it_was_asked(self, gaits_run: tuple[Lockstep, list[Moment]]) -> None:
         _, moments = gaits_run
-        for name in PAPER_GAITS:
+        # that of the evaluation in the trainer's simulator, where contacts are known
+        scripts = [Script(name, (Segment(0.0, get(name), (0.8, 0.0, 0.0)),), 5.0) for name in PAPER_GAITS]
+        for name, reference in zip(PAPER_GAITS, simulate(shipped(), scripts), strict=True):
             ticks = [m.tick for m in moments if m.tick.gait.name == name and m.tick.velocity_command[0] > 0.79]
             contact = np.array([tick.contact for tick in ticks[200:]])
             desired = np.array([tick.desired_stance for tick in ticks[200:]])
-            # that of the evaluation in the trainer's simulator, where contacts are known, plus what the sensors cost
-            reference = simulate(shipped(), [Script(name, (Segment(0.0, get(name), (0.8, 0.0, 0.0)),), 5.0)])[0]
             its = reference.recording.between(1.0, 5.0)
+            # 0.06: what the sensors cost
             assert metrics.gc_stance(contact, desired) < metrics.gc_stance(its.contact, its.desired_stance) + 0.06
             speed = np.mean([tick.estimate.velocity_h[0] for tick in ticks[200:] if tick.estimate is not None])
             assert abs(speed - 0.8) < 0.1
@@ -160,8 +161,8 @@ class TestStand:
 
     @pytest.mark.parametrize("name", ["swapped_legs_state", "swapped_legs_command", "sign_flipped", "motor_dead"])
     def test_joints_that_answer_for_others_are_found_out(self, name: str) -> None:
-        its = world("run", PlannedFault(name, 2.0, "stand"))
-        moments = its.run(8.0)
+        its = before(State.STAND, Settings(), PlannedFault(name, 2.0, "stand"))
+        moments = [*until(its, State.DAMP, 8.0), *its.run(0.5)]
         assert State.RUN not in states(moments)
         assert its.controller.fault is not None
         assert its.controller.fault.name in ("joint_order", "joint_position", "not_standing")
@@ -169,8 +170,8 @@ class TestStand:
 
     @pytest.mark.parametrize("name", ["swapped_legs_both", "quat_inverse"])
     def test_what_is_exchanged_alike_is_found_out_by_the_trunk(self, name: str) -> None:
-        its = world("run", PlannedFault(name, 0.5), settings=SOON)
-        moments = its.run(7.0)
+        its = before(State.STAND, SOON, PlannedFault(name, 0.5))
+        moments = [*until(its, State.DAMP, 7.0), *its.run(0.5)]
         assert State.RUN not in states(moments)
         assert its.controller.fault is not None
         assert its.controller.fault.name == "leg_order"
@@ -185,6 +186,11 @@ class TestStand:
 
 
 class TestFaults:
+    @pytest.mark.parametrize("settings", [QUICK, SOON, Settings()])
+    def test_up_to_there_every_target_was_within_its_limits(self, settings: Settings) -> None:
+        for state in (State.STAND, State.RUN):
+            check_limits(before(state, settings), up_to(state, settings))
+
     @pytest.mark.parametrize("since", ["stand", "run"])
     @pytest.mark.parametrize(
         ("name", "struck"),
@@ -209,7 +215,8 @@ class TestFaults:
         ],
     )
     def test_damping_follows_and_goes_on(self, name: str, struck: str, since: str) -> None:
-        its = world("run", PlannedFault(name, 0.5, since), settings=QUICK)  # type: ignore[arg-type]
+        state = {"stand": State.STAND, "run": State.RUN}[since]
+        its = before(state, QUICK, PlannedFault(name, 0.5, since))  # type: ignore[arg-type]
         moments = until(its, State.DAMP, 12.0)
         began = its.rig.fault_began
         assert began is not None
@@ -234,7 +241,7 @@ class TestFaults:
         ],
     )
     def test_requests_from_inside(self, request_: Request, struck: str) -> None:
-        its = world("run")
+        its = before(State.STAND, QUICK)
         until(its, State.STAND, 2.0)
         its.requests = request_
         (moment,) = its.run(1.0 / TICK_HZ)
@@ -247,8 +254,8 @@ class TestFaults:
             raise RuntimeError("broken")
 
         for act in (fails, lambda self, *_: np.full((1, 12), np.nan)):
-            its = world("run", settings=QUICK)
-            until(its, State.RUN, 9.0)
+            its = before(State.RUN, QUICK)
+            until(its, State.RUN, 2.0)
             with monkeypatch.context() as patch:
                 patch.setattr(PolicyDriver, "act", act)
                 moments = until(its, State.DAMP, 0.1)
@@ -259,13 +266,13 @@ class TestFaults:
 
     def test_a_push_a_payload_and_stray_messages_are_no_faults(self) -> None:
         for name in ("wrong_type", "payload", "dropouts"):
-            its = world("run", PlannedFault(name, 0.5, "run"), settings=QUICK)
-            moments = [*until(its, State.RUN, 9.0), *its.run(3.0)]
+            its = before(State.RUN, QUICK, PlannedFault(name, 0.5, "run"))
+            moments = [*until(its, State.RUN, 2.0), *its.run(3.0)]
             assert states(moments)[-1] is State.RUN, its.controller.fault
             check_limits(its, moments)
 
     def test_passive_only_by_the_operator(self) -> None:
-        its = world("run", PlannedFault("nan_joint", 0.2, "stand", lasts=0.05))
+        its = before(State.STAND, QUICK, PlannedFault("nan_joint", 0.2, "stand", lasts=0.05))
         until(its, State.DAMP, 3.0)
         assert states(its.run(3.0)) == [State.DAMP]  # the fault is over, and still it damps
         its.requests = Request.STOP | Request.LEAVE
@@ -279,7 +286,7 @@ class TestFaults:
 
 class TestCommands:
     def test_velocity_goes_no_faster_than_training_changes_it_and_stays_in_its_range(self) -> None:
-        its = world("run", settings=Settings(joystick=replace(JoystickConfig(), max_speed=5.0)))
+        its = world("run", settings=replace(QUICK, joystick=JoystickConfig(max_speed=5.0)))
         until(its, State.RUN, 9.0)
         its.rig.person.message = lambda seen: _stick(1.0)  # type: ignore[method-assign]
         moments = its.run(2.5)

@@ -8,18 +8,15 @@ import pinocchio
 import pytest
 from scipy.optimize import root
 
-from hardware.control.controller import Controller, State
+from hardware.control.controller import State
 from hardware.control.settings import Settings, StandConfig
 from hardware.estimation.kinematics import LegKinematics
 from hardware.estimation.leg_order import ORDERS, LegOrder
-from hardware.robot_sim.lockstep import Lockstep
 from hardware.robot_sim.rig import Rig
-from hardware.robot_sim.scenarios import get_scenario
 from hardware.wire.readings import Imu, Joints
 from hardware.wire.sdk_order import SDK_LEGS, UNITREE_LEGS
 from symdyn.robot.legs import LEGS
-from tests.hardware.control.lockstep import shipped, until
-from tests.hardware.robot_sim.simulated import go2
+from tests.hardware.control.lockstep import before, until
 from tests.robots import GO2
 
 KINEMATICS = LegKinematics(GO2)
@@ -85,8 +82,8 @@ class TestExplained:
         assert LegOrder(KINEMATICS, STANCE).other(0.25) is None
 
 
-def exchanged(rig: Rig, order: tuple[int, ...]) -> Rig:
-    """The robot with the wire's legs in another order, in what it says and in what it is told alike."""
+def exchange(rig: Rig, order: tuple[int, ...]) -> None:
+    """Put the wire's legs of a robot in another order, in what it says and in what it is told alike."""
     state = [3 * leg + joint for leg in order for joint in range(3)]
     joints, command = rig.robot.joints, rig.robot.command
 
@@ -103,13 +100,12 @@ def exchanged(rig: Rig, order: tuple[int, ...]) -> Rig:
         command(message)
 
     rig.robot.joints, rig.robot.command = said, told
-    return rig
 
 
 @pytest.mark.parametrize("order", OTHERS, ids=lambda order: "-".join(SDK_LEGS[leg] for leg in order))
 def test_no_other_order_of_the_legs_passes_the_stand(order: tuple[int, ...]) -> None:
-    rig = exchanged(Rig(go2(), get_scenario("stand")), order)
-    its = Lockstep(Controller(shipped(), SOON), rig)
+    its = before(State.STAND, SOON)  # until then nothing is told
+    exchange(its.rig, order)
     until(its, State.STAND, 2.0)
     until(its, State.DAMP, 5.0)
     assert its.controller.fault is not None

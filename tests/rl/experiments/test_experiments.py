@@ -153,7 +153,7 @@ def ablation_folder(tmp_path) -> Path:
 
 
 def test_the_ablation_takes_every_policy_and_policies_that_are_alike_come_out_alike(subject, ablation_folder):
-    found = ablation.run(replace(subject, runs=ablation_folder), speeds=(-0.5, 0.5))
+    found = ablation.run(replace(subject, runs=ablation_folder), speeds=(-0.5, 0.5), seconds=3.0)
     curves = found.metrics["curves"]["gc"]
     assert np.array(curves["full"]["by_seed"]).shape == (2, 2)
     assert curves["full"]["by_seed"] == curves["no-time-reversal"]["by_seed"]

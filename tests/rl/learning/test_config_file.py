@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from rl.learning import config_file
-from rl.learning.config import PRESETS, PPOConfig, TrainConfig, preset
-from rl.task.commands import CommandConfig
+from rl.learning.config import PPOConfig, TrainConfig
+from rl.learning.presets import PRESETS, preset
+from rl.task.settings import CommandConfig
 from symdyn.errors import FileProblem
 from symdyn.io.settings_data import differences, plain, rebuild
 

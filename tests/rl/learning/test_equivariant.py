@@ -19,10 +19,9 @@ from rl.learning.equivariant import EquivariantMLP, Lift, Project, Sheets, mirro
 from rl.learning.learner import make_ppo
 from rl.physics.batch import BatchPhysics
 from rl.physics.randomization import NOMINAL
-from rl.task.commands import CommandConfig
-from rl.task.env import EnvConfig, GaitEnv
+from rl.task.env import GaitEnv
 from rl.task.privileged import PRIVILEGED, privileged_terms
-from rl.task.rewards import RewardConfig
+from rl.task.settings import CommandConfig, EnvConfig, RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
 from symdyn.policy.observation import LAYOUTS

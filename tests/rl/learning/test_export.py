@@ -20,8 +20,9 @@ import torch
 from tensordict import TensorDict
 
 from rl.learning import checkpoint, config_file, export, run_dir
-from rl.learning.config import TrainConfig, preset
+from rl.learning.config import TrainConfig
 from rl.learning.export import export_policy
+from rl.learning.presets import preset
 from rl.learning.trainer import Trainer
 from symdyn.errors import FileProblem
 from symdyn.gait.library import PAPER_GAITS, get

@@ -13,8 +13,9 @@ import torch
 
 from rl.cli.train import start
 from rl.learning import checkpoint, run_log
-from rl.learning.config import TrainConfig, preset
+from rl.learning.config import TrainConfig
 from rl.learning.export import export_policy
+from rl.learning.presets import preset
 from rl.learning.trainer import Diverged, Trainer
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.policy.file import Policy
@@ -110,7 +111,7 @@ def test_a_run_started_from_another_has_its_networks_and_nothing_else(tmp_path):
     assert _equal(_weights(before), _weights(after))
     assert after.ppo.learning_rate == before.ppo.learning_rate
     assert after.iteration == 0
-    assert came_from["samples"] == 4 * before.samples_per_iteration
+    assert came_from["samples"] == 4 * before.config.samples_per_iteration
     assert (came_from["run"], came_from["seed"], came_from["iteration"]) == ("before", 0, 4)
     states = [trainer.env.state_dict()["physics"]["state"] for trainer in (before, after)]
     assert not torch.equal(*states), "robots of its own"
@@ -126,10 +127,10 @@ def test_samples_and_seconds_add_up_over_a_chain_of_runs_and_into_the_policy_fil
         total += trainer.seconds
     last = Trainer(_config(), tmp_path / "d")
     found = last.start_from(chain[-1])
-    assert found["samples"] == 6 * last.samples_per_iteration
+    assert found["samples"] == 6 * last.config.samples_per_iteration
     assert found["seconds"] == pytest.approx(total)
     policy = Policy.load(export_policy(chain[-1]))
-    assert policy.metadata.training["samples"] == 6 * last.samples_per_iteration
+    assert policy.metadata.training["samples"] == 6 * last.config.samples_per_iteration
 
 
 def test_the_noise_to_start_with_is_that_of_every_joint(tmp_path):

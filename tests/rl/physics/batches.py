@@ -11,8 +11,11 @@ import numpy as np
 import torch
 
 from rl.physics.batch import BatchPhysics
+from rl.physics.dynamics import Dynamics
 from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState
+from rl.physics.randomization import RandomizationConfig
+from rl.task.draw_dynamics import draw
 from tests.robots import GO2
 
 STAND = torch.from_numpy(GO2.default_joint_pos)
@@ -60,3 +63,17 @@ def make(n: int, num_threads: int = 1, seed: int = 0) -> BatchPhysics:
 
 def bits(state: RobotState) -> dict[str, bytes]:
     return {f.name: getattr(state, f.name).numpy().tobytes() for f in fields(state)}
+
+
+def varied(n: int, seed: int) -> Dynamics:
+    """Robots that differ from the model in everything."""
+    ranges = RandomizationConfig(
+        mass_pos_b=(0.1, 0.05, 0.05),
+        com_shift_b=(0.03, 0.02, 0.02),
+        strength=(0.8, 1.1),
+        gains=(0.8, 1.2),
+        joint_offset=0.02,
+        delay_s=(0.0, 0.03),
+        slope=0.1,
+    )
+    return draw(ranges, n, torch.Generator().manual_seed(seed))

@@ -10,10 +10,11 @@ import pytest
 import torch
 
 from rl.physics.batch import BatchPhysics
+from rl.physics.dynamics import Dynamics
 from rl.physics.protocol import Pose, RobotState
 from symdyn.errors import InvalidValue
 from symdyn.robot.legs import JOINTS, LEGS
-from tests.rl.physics.batches import STAND, bits, fresh_model, make, poses, some, standing, targets
+from tests.rl.physics.batches import STAND, bits, fresh_model, make, poses, some, standing, targets, varied
 from tests.robots import GO2
 
 
@@ -145,13 +146,13 @@ def test_a_robot_does_not_depend_on_its_neighbours() -> None:
 def test_state_dict_goes_on_bit_by_bit() -> None:
     n, rng = 3, np.random.default_rng(5)
     physics = make(n)
-    physics.set_dynamics(np.array([-1.5, 0.0, 1.5]), np.array([0.3, 1.0, 2.0]))
+    physics.set_dynamics(varied(n, seed=1))
     for _ in range(12):
         physics.step(targets(rng, n))
     saved, future = physics.state_dict(), [targets(rng, n) for _ in range(12)]
     # another engine with another past and other dynamics
     other = make(n, seed=77)
-    other.set_dynamics(np.array([1.0, -1.0, 0.5]), np.array([2.0, 2.0, 0.4]))
+    other.set_dynamics(varied(n, seed=2))
     other.step(targets(rng, n))
     other.load_state_dict(saved)
     for wanted in future:
@@ -180,7 +181,7 @@ def test_reading_after_load_state_dict_is_of_the_loaded_state() -> None:
 def test_set_dynamics_changes_the_mass_by_what_was_asked() -> None:
     added = np.array([-1.5, 0.0, 0.7])
     physics = make(3)
-    physics.set_dynamics(added, np.ones(3))
+    physics.set_dynamics(Dynamics.nominal(3, added_mass=added))
     nominal = fresh_model().body_mass.sum()
     for i in range(3):
         assert physics.batch.get_model(i).body_mass.sum() == pytest.approx(nominal + added[i], rel=1e-12)
@@ -199,7 +200,7 @@ def test_set_dynamics_changes_the_mass_by_what_was_asked() -> None:
     for derived in ("body_subtreemass", "dof_invweight0", "body_invweight0"):
         np.testing.assert_allclose(getattr(physics.batch.get_model(2), derived), getattr(heavier, derived), rtol=1e-9)
     # asked twice, it is the last that counts, from the nominal mass
-    physics.set_dynamics(np.zeros(3), np.ones(3))
+    physics.set_dynamics(Dynamics.nominal(3))
     assert physics.batch.get_model(0).body_mass.sum() == pytest.approx(nominal, rel=1e-12)
 
 
@@ -207,7 +208,7 @@ def test_set_dynamics_changes_friction() -> None:
     # robots on stiff legs thrown along x: Coulomb's law bounds the force along the floor, and sliding feet reach it
     scale = np.array([0.3, 0.6, 1.0, 1.5])
     physics = make(4)
-    physics.set_dynamics(np.zeros(4), scale)
+    physics.set_dynamics(Dynamics.nominal(4, friction=scale))
     physics.reset(np.arange(4), replace(standing(4), base_vel_w=np.tile([2.0, 0.0, 0.0], (4, 1))))
     physics.set_targets(np.tile(GO2.default_joint_pos, (4, 1)))
     ratios: list[list[float]] = [[] for _ in range(4)]
@@ -267,14 +268,15 @@ def test_foot_forces_are_the_grounds_on_the_robot() -> None:
 
 def test_dump_is_the_full_state() -> None:
     physics, rng = make(2), np.random.default_rng(11)
-    physics.set_dynamics(np.array([0.5, -0.5]), np.array([0.4, 1.6]))
+    dynamics = replace(varied(2, seed=3), delay=np.zeros(2))
+    physics.set_dynamics(dynamics)
     for _ in range(3):
         physics.step(targets(rng, 2))
     dump = physics.dump(1)
-    assert (dump["added_mass"], dump["friction_scale"]) == ([-0.5], [1.6])
+    assert {name: dump[name] for name in vars(dynamics)} == dynamics.of(1)
     # enough to replay: put it into another engine, and both go on alike
     other = make(1)
-    other.set_dynamics(np.array(dump["added_mass"]), np.array(dump["friction_scale"]))
+    other.set_dynamics(Dynamics(**{name: np.array([dump[name]]) for name in vars(dynamics)}))
     other.batch.qpos, other.batch.qvel = np.array([dump["qpos"]]), np.array([dump["qvel"]])
     wanted = targets(rng, 2)
     physics.step(wanted)

@@ -239,6 +239,13 @@ def test_the_default_pose_stands(go2_model: mujoco.MjModel, seconds: float) -> N
     assert (-forces[:, 2] > 20.0).all()
 
 
+@pytest.fixture
+def looked_up_anew() -> None:
+    """Where example-robot-data lies is not known from an earlier test."""
+    robots_folder.cache_clear()
+
+
+@pytest.mark.usefixtures("looked_up_anew")
 def test_without_example_robot_data(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(name: str) -> None:
         raise importlib.metadata.PackageNotFoundError(name)
@@ -248,6 +255,7 @@ def test_without_example_robot_data(monkeypatch: pytest.MonkeyPatch) -> None:
         build_model(GO2)
 
 
+@pytest.mark.usefixtures("looked_up_anew")
 @pytest.mark.parametrize("listed", [None, []])
 def test_with_an_example_robot_data_that_holds_no_robots(monkeypatch: pytest.MonkeyPatch, listed: list | None) -> None:
     monkeypatch.setattr(importlib.metadata, "files", lambda name: listed)

@@ -13,8 +13,8 @@ import torch
 
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
-from rl.task.commands import CommandConfig
-from rl.task.env import EnvConfig, GaitEnv
+from rl.task.env import GaitEnv
+from rl.task.settings import CommandConfig, EnvConfig
 from symdyn.gait.timing import TimingCurve
 from tests.robots import GO2
 

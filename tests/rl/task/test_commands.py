@@ -11,7 +11,8 @@ import pytest
 import torch
 from scipy.stats import binomtest, chisquare, kstest
 
-from rl.task.commands import CommandConfig, Commands, GaitSampler
+from rl.task.commands import Commands, GaitSampler
+from rl.task.settings import CommandConfig
 from symdyn.errors import InvalidValue, UnknownName
 from symdyn.gait.library import PAPER_GAITS, Gait, get
 from symdyn.gait.phase import leg_phase

@@ -7,17 +7,17 @@ import io
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
 from rl.physics.batch import BatchPhysics
+from rl.physics.dynamics import Dynamics
 from rl.physics.protocol import heading_velocity
 from rl.physics.randomization import NOMINAL
-from rl.task.commands import CommandConfig
-from rl.task.env import ResetConfig
 from rl.task.privileged import PRIVILEGED
-from rl.task.rewards import RewardConfig
-from rl.task.termination import TerminationConfig, fallen
+from rl.task.settings import CommandConfig, ResetConfig, RewardConfig, TerminationConfig
+from rl.task.termination import fallen
 from symdyn.errors import InvalidValue
 from symdyn.policy.observation import LAYOUTS
 from symdyn.robot.frames import yaw
@@ -44,7 +44,7 @@ def test_robots_begin_differently() -> None:
     assert float(heading_velocity(state).abs().max()) <= 0.3 + 1e-6
     assert float(state.base_lin_vel_w[:, 2].abs().max()) <= 0.3 + 1e-6
     assert env.phase.std() > 0.2
-    assert env.dynamics.std(dim=0).min() > 0.1
+    assert min(env.physics.dynamics.added_mass.std(), env.physics.dynamics.friction.std()) > 0.1
 
 
 def test_each_robot_of_many_moves_as_it_would_alone() -> None:
@@ -54,7 +54,7 @@ def test_each_robot_of_many_moves_as_it_would_alone() -> None:
     alone = []
     for k in range(n):
         single = BatchPhysics(copy.copy(compiled()), GO2, 1, 1)
-        single.set_dynamics(env.dynamics[k : k + 1, 0].double().numpy(), env.dynamics[k : k + 1, 1].double().numpy())
+        single.set_dynamics(Dynamics(**{name: value[k : k + 1] for name, value in vars(physics.dynamics).items()}))
         single.batch.state[:] = physics.batch.state[k : k + 1]
         alone.append(single)
     default = torch.tensor(GO2.default_joint_pos, dtype=torch.float32)
@@ -96,7 +96,7 @@ def test_state_dict_in_the_middle_of_an_episode_decides_the_future_bit_for_bit()
 def test_the_clock_advances_by_dt_over_the_commanded_period() -> None:
     env = make(n=6, commands=LIVELY)
     for action in random_actions(6, 20, scale=0.3):
-        before, (_, period) = env.phase.clone(), env.duty_and_period()
+        before, period = env.phase.clone(), env.period.clone()
         _, _, done, _ = env.step(action.clone())
         moved = env.phase - before - 0.02 / period
         assert (moved - moved.round()).abs()[done == 0].max() < 1e-6
@@ -107,9 +107,9 @@ def test_without_time_reversal_backward_robots_have_the_forward_clock() -> None:
     backward = full.commands.velocity[:, 0] < 0
     assert 10 < int(backward.sum()) < 54
     forward_clock = torch.remainder(full.phase[:, None] + full.commands.offsets, 1.0)
-    assert torch.allclose(ablated.leg_phases(), forward_clock, atol=1e-6)
-    assert torch.allclose(full.leg_phases()[~backward], forward_clock[~backward], atol=1e-6)
-    assert torch.allclose(full.leg_phases()[backward], 1.0 - forward_clock[backward], atol=1e-6)
+    assert torch.allclose(ablated.leg_phases, forward_clock, atol=1e-6)
+    assert torch.allclose(full.leg_phases[~backward], forward_clock[~backward], atol=1e-6)
+    assert torch.allclose(full.leg_phases[backward], 1.0 - forward_clock[backward], atol=1e-6)
     # and the policy is told so
     clock = LAYOUTS["paper"].slices["clock_sin"]
     told, told_ablated = (env.get_observations()["policy"][:, clock] for env in (full, ablated))
@@ -225,8 +225,8 @@ def test_pushes_change_the_velocity_of_the_robots_that_are_due() -> None:
 
 def test_a_late_robot_moves_as_one_that_is_told_a_step_later_and_the_others_do_not_notice() -> None:
     # robots 0 and 1 of four are late: told something at step k, they do what a punctual one does when told at k + 1
-    late = make(randomization=replace(NOMINAL, late_share=0.5))
-    punctual, shifted = make(randomization=NOMINAL), make(randomization=NOMINAL)
+    late, punctual, shifted = (make(randomization=NOMINAL, reset=ResetConfig(joint_noise=0.0)) for _ in range(3))
+    late.physics.set_dynamics(Dynamics.nominal(4, delay=np.array([GO2.control_dt, GO2.control_dt, 0.0, 0.0])))
     actions = 0.3 * random_actions(4, 8)
     delayed = torch.cat([torch.zeros(1, 4, 12), actions[:-1]])
     for given, then in zip(actions, delayed, strict=True):

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
 from rl.physics.randomization import NOMINAL
-from rl.task.commands import CommandConfig
-from rl.task.env import ResetConfig
 from rl.task.privileged import PRIVILEGED
+from rl.task.settings import CommandConfig, ResetConfig
 from symdyn.policy.observation import LAYOUTS
 from tests.rl.task.envs import LIVELY, bits, make, random_actions
 from tests.robots import GO2
@@ -72,7 +71,15 @@ def test_noise_has_the_amplitudes_of_the_table() -> None:
 
 
 def test_no_number_of_the_observations_is_constant_but_the_commands_that_are() -> None:
-    env = make(n=8, commands=LIVELY, randomization=replace(NOMINAL, added_mass=(-1.5, 1.5), friction=(0.3, 2.0)))
+    varied = replace(
+        NOMINAL,
+        added_mass=(-1.5, 1.5),
+        friction=(0.3, 2.0),
+        strength=(0.9, 1.1),
+        delay_s=(0.0, 0.02),
+        com_shift_b=(0.01, 0.01, 0.01),
+    )
+    env = make(n=8, commands=LIVELY, randomization=varied)
     seen: dict[str, list[torch.Tensor]] = {"policy": [], "privileged": []}
     for action in random_actions(8, 60):
         obs = env.step(action.clone())[0]

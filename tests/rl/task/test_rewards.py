@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rl.physics.protocol import heading_velocity
 from rl.task import rewards
-from rl.task.rewards import RewardConfig
+from rl.task.settings import RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import get
 from tests.robots import GO2

@@ -9,7 +9,8 @@ import torch
 from scipy.spatial.transform import Rotation
 
 from rl.physics.protocol import RobotState
-from rl.task.termination import TerminationConfig, fallen
+from rl.task.settings import TerminationConfig
+from rl.task.termination import fallen
 
 
 @pytest.mark.parametrize(

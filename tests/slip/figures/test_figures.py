@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -51,7 +52,8 @@ FIGURES = {
     "bound_in_si": lambda: orbit_figure(orbit("BG"), "BG", "Independent check: 2.1e-11.", GO2_UNITS),
     "hop": lambda: orbit_figure(hop(), "pronk in place"),
 }
-every_figure = pytest.mark.parametrize("make", FIGURES.values(), ids=FIGURES.keys())
+# each is made once: no test changes it
+every_figure = pytest.mark.parametrize("make", [cache(make) for make in FIGURES.values()], ids=FIGURES.keys())
 
 
 def texts(figure: Figure) -> dict[str, tuple[float, float, float, float]]:

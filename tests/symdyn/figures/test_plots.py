@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -67,7 +68,8 @@ FIGURES = {
     "metric_bars_with_a_long_title": lambda: plots.metric_bars(table(("trot",), (0.5,)), "gait_identity"),
     "metric_bars_of_one": lambda: plots.metric_bars(table(("trot",), (0.5,)), "rmsne", "rmsne of one run"),
 }
-every_figure = pytest.mark.parametrize("make", FIGURES.values(), ids=FIGURES.keys())
+# each is made once: no test changes it
+every_figure = pytest.mark.parametrize("make", [cache(make) for make in FIGURES.values()], ids=FIGURES.keys())
 
 
 def texts(figure: Figure) -> dict[str, tuple[float, float, float, float]]:
