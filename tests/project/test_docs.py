@@ -324,16 +324,10 @@ def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_cop
     record = json.loads((copy / "run" / "progress.jsonl").read_text())
     assert -0.2 <= record["reward/power"] < 0.0
     # the commands of the page, with the term in place, are understood
-    lines = [
-        line for block in blocks("howto/reward.md", "sh") for line in block.splitlines() if line.startswith("symdyn")
-    ]
+    shown = "\n".join(blocks("howto/reward.md", "sh"))
+    lines = [line for line in shown.splitlines() if line.startswith("symdyn")]
     assert len(lines) > 6
-    parse = (
-        "import importlib, shlex, sys; from symdyn_cli.commands import GROUPS; its = {n: c for g in GROUPS.values() "
-    )
-    parse += "for n, c in g.items()}\nfor line in sys.argv[1:]:\n    _, name, *words = shlex.split(line)\n    "
-    parse += "importlib.import_module(its[name].arguments).parse(words)"
-    python("-c", parse, *lines, cwd=copy)
+    python("-c", PARSE, *lines, cwd=copy)
     page = (DOCS / "howto/reward.md").read_text(encoding="utf-8")
     test = re.search(r'title="tests/rl/task/test_rewards.py"\n(.*?)```', page, re.DOTALL)[1]
     head = "import math\nimport pytest\nimport torch\nfrom rl.task import rewards\n\nonly = torch.Tensor.item\n\n"
