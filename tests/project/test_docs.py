@@ -296,6 +296,16 @@ def python(*arguments: object, cwd: Path) -> str:
     return done.stdout
 
 
+PARSE = """
+import importlib, shlex, sys
+from symdyn_cli.commands import GROUPS
+commands = {name: command for group in GROUPS.values() for name, command in group.items()}
+for line in sys.argv[1:]:
+    _, name, *words = shlex.split(line)
+    importlib.import_module(commands[name].arguments).parse(words)
+"""
+"""A program that parses command lines, without running them."""
+
 TINY = ("--preset", "smoke", "--num-envs", "8", "--ppo.hidden", "32", "16", "--iterations", "1")
 
 
@@ -313,6 +323,11 @@ def test_a_reward_term_added_as_the_how_to_says_is_logged_and_summed(changed_cop
     python("-m", "symdyn", "train", *TINY, *weights, "--out", "run", cwd=copy)
     record = json.loads((copy / "run" / "progress.jsonl").read_text())
     assert -0.2 <= record["reward/power"] < 0.0
+    # the commands of the page, with the term in place, are understood
+    shown = "\n".join(blocks("howto/reward.md", "sh"))
+    lines = [line for line in shown.splitlines() if line.startswith("symdyn")]
+    assert len(lines) > 6
+    python("-c", PARSE, *lines, cwd=copy)
     page = (DOCS / "howto/reward.md").read_text(encoding="utf-8")
     test = re.search(r'title="tests/rl/task/test_rewards.py"\n(.*?)```', page, re.DOTALL)[1]
     head = "import math\nimport pytest\nimport torch\nfrom rl.task import rewards\n\nonly = torch.Tensor.item\n\n"
