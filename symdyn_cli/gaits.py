@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.table import Table
 
 from symdyn.errors import InvalidValue
-from symdyn.gait.library import LIBRARY, Gait, get
+from symdyn.gait.library import LIBRARY, Gait
 from symdyn.gait.phase import in_swing, leg_phase
-from symdyn.gait.symmetry import classify
+from symdyn.gait.symmetry import classify, gait_by_name
 from symdyn.gait.timing import TimingCurve
 from symdyn.io.console import make_console, print_written
 from symdyn.policy.layout import Layout
@@ -32,7 +32,7 @@ def run(args: GaitsArguments) -> int:
     if not math.isfinite(args.speed):
         raise InvalidValue("--speed", args.speed, "a finite number, m/s")
     timing = TimingCurve() if args.timing is None else TimingCurve.load(args.timing, get_robot(args.robot).name)
-    gaits = list(LIBRARY.values()) if args.name is None else [get(args.name)]
+    gaits = list(LIBRARY.values()) if args.name is None else [gait_by_name(args.name)]
     if args.figure is not None and args.name is None:
         raise InvalidValue("--figure", str(args.figure), "used with the name of one gait")
     console = make_console()

@@ -8,7 +8,6 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from hardware.cli.arguments.analyze import AnalyzeArguments
@@ -18,6 +17,7 @@ from hardware.logs.markdown import segment_rows, struck
 from symdyn.errors import InvalidValue
 from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory
+from symdyn.io.progress import progress
 from symdyn.robot.robot_file import DEFAULT_ROBOT, get_robot
 
 _COLUMNS = {
@@ -38,9 +38,8 @@ def run(args: AnalyzeArguments) -> int:
     log_to(console)
     # lcm-logger numbers its logs by a suffix, which must stay
     out = args.out or Path("out") / args.log.name.removesuffix(".lcmlog")
-    with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-        log = read_contents(args.log, lambda done, total: progress.update(task, completed=done, total=total))
+    with progress(console, "reading") as report_progress:
+        log = read_contents(args.log, report_progress)
     its = DEFAULT_ROBOT if log.session is None else log.session.robot
     robot = get_robot(args.robot or its)
     writable_directory(out)

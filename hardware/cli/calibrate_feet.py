@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from hardware.cli.arguments.calibrate_feet import CalibrateFeetArguments
@@ -13,6 +12,7 @@ from hardware.estimation.calibration import FootCalibration, calibrate, read_raw
 from hardware.logs.contact_figure import contact_figure
 from symdyn.figures.plots import save
 from symdyn.io.console import log_to, make_console, print_command, print_written
+from symdyn.io.progress import progress
 from symdyn.robot.legs import LEGS
 
 
@@ -20,11 +20,8 @@ def run(args: CalibrateFeetArguments) -> int:
     """The command. Raises SymdynError for bad input."""
     console = make_console()
     log_to(console)
-    with Progress(TextColumn("reading"), BarColumn(), console=console, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-        raw = read_raw(
-            args.log, lambda done, total: progress.update(task, completed=done, total=total), state=State.RUN
-        )
+    with progress(console, "reading") as report_progress:
+        raw = read_raw(args.log, report_progress, state=State.RUN)
     calibration = calibrate(raw, str(args.log))
     _show(console, calibration)
     calibration.save(args.out)

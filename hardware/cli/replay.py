@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hardware.cli.arguments.replay import ReplayArguments
 from hardware.logs.replay import Replay, policy_of, replay, session_of
@@ -14,6 +13,7 @@ from hardware.wire.event_log import LogReader
 from symdyn.errors import FileProblem
 from symdyn.io.console import make_console
 from symdyn.io.origin import commit
+from symdyn.io.progress import progress
 from symdyn.robot.robot_file import chosen_robot
 
 DIFFERENT = 1
@@ -26,10 +26,8 @@ def run(args: ReplayArguments) -> int:
     reader = LogReader(args.log)
     session = session_of(reader)
     policy = policy_of(session, args.policy, args.log, chosen_robot(args.robot))
-    columns = TextColumn("replaying"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("replaying", total=None)
-        found = replay(reader, session, policy, lambda done, total: progress.update(task, completed=done, total=total))
+    with progress(console, "replaying") as report_progress:
+        found = replay(reader, session, policy, report_progress)
     if not found.ticks:
         raise FileProblem(args.log, "cannot be replayed: it holds no tick.")
     _tell(console, found, session)

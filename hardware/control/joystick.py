@@ -8,26 +8,11 @@ from typing import TYPE_CHECKING
 
 from hardware.wire.readings import BUTTONS, SHOULDERS, Joystick
 from symdyn.errors import InvalidValue, UnknownName
-from symdyn.gait.library import LIBRARY, Gait
-from symdyn.gait.symmetry import classify, mirrored
+from symdyn.gait.library import Gait
+from symdyn.gait.symmetry import MIRRORED, classify, gait_by_name
 
 if TYPE_CHECKING:
     from symdyn.policy.file import Policy
-
-MIRRORED = "_mirrored"
-"""After a gait's name: its mirror image (symdyn.gait.symmetry.mirrored), which leads with the other foot."""
-
-
-def gait_by_name(name: str) -> Gait:
-    """A gait of the library, or with :data:`MIRRORED` after its name the mirror image of one.
-
-    Raises:
-        UnknownName: if there is none.
-    """
-    plain = name.removesuffix(MIRRORED)
-    if plain not in LIBRARY:
-        raise UnknownName("gait", name, [*LIBRARY, *(f"{known}{MIRRORED}" for known in LIBRARY)])
-    return LIBRARY[name] if plain == name else mirrored(LIBRARY[plain])
 
 
 @dataclass(frozen=True)

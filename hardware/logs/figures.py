@@ -12,16 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hardware.control.controller import State
-from hardware.control.joystick import MIRRORED
-from hardware.estimation.kinematics import JointLimits
 from hardware.logs.contents import Bools, Floats, Ticks, Truth
 from hardware.logs.metrics import Segment
 from hardware.logs.observed import Observed
 from hardware.logs.recording import LONGEST_HOLD_S, Run
-from hardware.wire.readings import Joints
 from symdyn.analysis.metrics import gc_stance, stride_average
 from symdyn.figures.plots import GAIT_STYLES, LEG_COLOURS, footfall_bars
-from symdyn.robot.legs import LEG_JOINTS, LEGS
+from symdyn.gait.symmetry import MIRRORED
+from symdyn.robot.legs import LEGS
 
 SHOWN_S = 2.0
 """s of each gait in the figure of contacts."""
@@ -161,44 +159,6 @@ def observed_velocity(observed: Observed, truth: Truth | None, title: str) -> Fi
         axes.set_axisbelow(True)
     panels[-1].set_xlabel("time [s]")
     panels[0].legend(loc="upper left", frameon=False)
-    figure.suptitle(title, wrap=True)
-    return figure
-
-
-def torques(time: Floats, joints: Sequence[Joints], ticks: Ticks | None, limits: JointLimits, title: str) -> Figure:
-    """Torque of every joint over time, a panel a kind of joint, with its limits.
-
-    Args:
-        time: (M,) s.
-        joints: M readings.
-        ticks: for the gaits; None if there are none.
-        limits: of the robot.
-        title: what was run.
-    """
-    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
-    panels = figure.subplots(len(LEG_JOINTS), 1, sharex=True)
-    torque = np.array([joint.torque for joint in joints]).reshape(len(time), len(LEGS), len(LEG_JOINTS))
-    limit = limits.torque.reshape(len(LEGS), len(LEG_JOINTS))
-    for kind, (name, axes) in enumerate(zip(LEG_JOINTS, panels, strict=True)):
-        for leg, colour in LEG_COLOURS.items():
-            values = torque[:, LEGS.index(leg), kind]
-            axes.plot(*_parted(time, values), color=colour, linewidth=0.5, alpha=0.8, label=leg)
-        for bound in (-limit[:, kind].min(), limit[:, kind].min()):
-            axes.axhline(bound, color="black", linestyle="--", linewidth=1.0)
-        axes.set_ylim(-1.3 * limit[:, kind].max(), 1.3 * limit[:, kind].max())
-        over = (np.abs(torque[:, :, kind]) > limit[:, kind]).mean()
-        axes.set_ylabel(f"{name} [N m]")
-        axes.text(0.995, 0.03, f"beyond the limit: {over:.2%} of the samples", transform=axes.transAxes, **_NOTE)
-        axes.grid(color="0.9")
-        axes.set_axisbelow(True)
-    panels[-1].set_xlim(float(time[0]), float(time[-1]))
-    panels[-1].set_xlabel("time [s]   (dashed: limit of the URDF)")
-    if ticks is not None:
-        _shade(panels, _tick_spans(ticks))
-    handles, names = panels[0].get_legend_handles_labels()
-    legend = figure.legend(handles, names, loc="outside lower center", ncols=len(LEGS), frameon=False)
-    for handle in legend.get_lines():
-        handle.set_linewidth(2.0)
     figure.suptitle(title, wrap=True)
     return figure
 

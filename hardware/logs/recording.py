@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.control.controller import State
-from hardware.control.joystick import MIRRORED, gait_by_name
 from hardware.control.settings import TICK_HZ
 from hardware.logs.contents import Floats, LogContents, Ticks, Truth
 from symdyn.analysis.recording import Recording
 from symdyn.errors import UnknownName
 from symdyn.gait.phase import in_swing, leg_phase
-from symdyn.gait.symmetry import G_S
+from symdyn.gait.symmetry import G_S, MIRRORED, gait_by_name
 from symdyn.gait.timing import GRAVITY
 from symdyn.robot.legs import JOINTS
 

@@ -21,6 +21,7 @@ from hardware.logs.markdown import markdown
 from hardware.logs.metrics import Segment
 from hardware.logs.observed import Observed
 from hardware.logs.recording import LONGEST_HOLD_S, Run, runs
+from hardware.logs.torque_figure import torques
 from hardware.wire.channels import TICK
 from symdyn.errors import FileProblem
 from symdyn.figures.plots import metric_bars, save
@@ -166,8 +167,9 @@ def _other_figures(
     time, joints = log.sampled_joints()
     if joints:
         drawn["torques.png"] = (
-            log_figures.torques(time, joints, log.ticks, JointLimits.of(robot), f"Torque: {title}"),
-            "Torque of every joint, estimated by the motors, in Run: median and quantiles over the phase of the leg.",
+            torques(time, joints, log.ticks, JointLimits.of(robot), f"Torque: {title}"),
+            "Torque of every joint, estimated by the motors, over the phase of its leg while the policy "
+            "ran (if it never ran: over time).",
         )
     moving = {
         gait: {speed: values for speed, values in of.items() if abs(float(speed)) >= _SLOWEST}

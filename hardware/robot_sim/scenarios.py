@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hardware.control.joystick import MIRRORED, JoystickConfig
+from hardware.control.joystick import JoystickConfig
 from hardware.robot_sim.joystick_operator import Seen, Step
 from hardware.robot_sim.world import TRAINING, UNITREE, World
 from hardware.wire.readings import BUTTONS
 from symdyn.errors import UnknownName
 from symdyn.gait.library import PAPER_GAITS
+from symdyn.gait.symmetry import MIRRORED
 
 SPEED = 0.8
 """m/s; the paper's on the robot."""

@@ -20,7 +20,9 @@ from hardware.wire.messages import leg_control_data_lcmt, pd_tau_targets_lcmt, s
 from hardware.wire.readings import Joints
 from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.robot.definition import Robot
+from symdyn.robot.descriptions import velocity_limits
 from symdyn.robot.legs import JOINTS
+from symdyn.robot.torque_speed import torque_range
 
 Floats = NDArray[np.float64]
 
@@ -108,6 +110,8 @@ class SimulatedRobot:
         self._motors = np.array([model.actuator(joint).id for joint in JOINTS])
         self._feet = np.array([model.sensor(name).adr[0] + np.arange(3) for name in foot_force_sensors])
         self._trunk = model.body(robot.trunk).id
+        self._peak_torque = model.actuator_forcerange[self._motors, 1].copy()
+        self._no_load_speed = velocity_limits(robot) if robot.torque_knee is not None else None
         root = model.body_jntadr[self._trunk]
         self._pos = slice(model.jnt_qposadr[root], model.jnt_qposadr[root] + 3)
         self._quat = slice(self._pos.stop, self._pos.stop + 4)
@@ -143,7 +147,7 @@ class SimulatedRobot:
     @property
     def torque_limit(self) -> Floats:
         """Of each motor, (12,) N m."""
-        return self.model.actuator_forcerange[self._motors, 1]
+        return self._peak_torque.copy()
 
     @property
     def tilt(self) -> float:
@@ -238,6 +242,7 @@ class SimulatedRobot:
         self.model.dof_frictionloss[self._joint_vel] += world.joint_friction
 
     def _advance(self) -> None:
+        self._limit_torque()
         if not self._world.explicit:
             mujoco.mj_step(self.model, self.data)
             return
@@ -260,6 +265,13 @@ class SimulatedRobot:
         bias[self._motors, 1] = -kp
         bias[self._motors, 2] = -kd
         self.data.ctrl[self._motors] = pos
+
+    def _limit_torque(self) -> None:
+        if self._no_load_speed is not None:
+            assert self.robot.torque_knee is not None
+            speed = self.data.qvel[self._joint_vel]
+            limits = torque_range(speed, self._peak_torque, self._no_load_speed, self.robot.torque_knee)
+            self.model.actuator_forcerange[self._motors] = np.column_stack(limits)
 
     def _wake(self) -> None:
         if not self._awake and self.time >= self._wakes_at:

@@ -9,7 +9,6 @@ wait_passively()  # before torch
 from pathlib import Path  # noqa: E402
 
 from rich.console import Console  # noqa: E402
-from rich.progress import Progress  # noqa: E402
 
 from rl.cli.arguments.evaluate import EvaluateArguments  # noqa: E402
 from rl.judging import protocols, report  # noqa: E402
@@ -21,6 +20,7 @@ from rl.learning import run_log  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
 from symdyn.io.console import log_to, make_console, print_command, print_written  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
+from symdyn.io.progress import progress  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
 
@@ -44,14 +44,12 @@ def run(args: EvaluateArguments) -> int:
 def judge(policy: Policy, path: Path, suite: Suite, out: Path, console: Console, remark: str = "") -> Path:
     """Evaluate and write everything, with a progress bar; the report's path. Raises SymdynError."""
     writable_directory(out)
-    with Progress(console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task(f"suite {suite.name}", total=None)
-        found = evaluate(policy, path, suite, lambda done, total: progress.update(task, completed=done, total=total))
+    with progress(console, f"Suite {suite.name}") as report_progress:
+        found = evaluate(policy, path, suite, report_progress)
     return report.write(found, out, run_log.read(path.parent), remark)
 
 
 def sweep_timing(policy: Policy, path: Path, config: SweepConfig, out: Path, console: Console) -> Path:
     """Run a timing sweep with a progress bar; the CSV table's path. Raises SymdynError."""
-    with Progress(console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task(f"{len(config.cells)} timings", total=config.trials)
-        return sweep(policy, path, config, out, lambda done, total: progress.update(task, completed=done))
+    with progress(console, f"{len(config.cells)} timings") as report_progress:
+        return sweep(policy, path, config, out, report_progress)

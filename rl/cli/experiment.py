@@ -11,7 +11,6 @@ from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from rich.console import Console  # noqa: E402
-from rich.progress import Progress  # noqa: E402
 
 from rl.cli.arguments.experiment import ExperimentArguments  # noqa: E402
 from rl.experiments import ablation, learning, report  # noqa: E402
@@ -21,6 +20,7 @@ from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import FileProblem, InvalidValue  # noqa: E402
 from symdyn.io.console import log_to, make_console, print_written  # noqa: E402
 from symdyn.io.files import writable_directory  # noqa: E402
+from symdyn.io.progress import progress  # noqa: E402
 
 FIRST_SEED = 1000
 """Far from the seeds that anything else uses: the evaluation that chose a checkpoint is not the one reported here."""
@@ -62,10 +62,8 @@ def run(args: ExperimentArguments) -> int:
 
 def _one(name: str, subject: Subject, out: Path, console: Console) -> Result:
     begin = time.monotonic()
-    with Progress(console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task(name, total=None)
-        watched = replace(subject, watch=lambda done, total: progress.update(task, completed=done, total=total))
-        result = EXPERIMENTS[name](watched)
+    with progress(console, name) as report_progress:
+        result = EXPERIMENTS[name](replace(subject, watch=report_progress))
     written = report.write(result, subject, out)
     wanted = [target for target in result.targets if not target.hypothesis]
     goals = f" {sum(target.met for target in wanted)} of {len(wanted)} goals reached." if wanted else ""

@@ -20,8 +20,9 @@ from rl.pictures.film_config import FilmConfig  # noqa: E402
 from rl.pretrained import load_policy  # noqa: E402
 from symdyn.errors import InvalidValue  # noqa: E402
 from symdyn.figures.video import check_format, write_video  # noqa: E402
-from symdyn.gait.library import get  # noqa: E402
-from symdyn.io.console import frames_progress, log_to, make_console, print_command, print_written  # noqa: E402
+from symdyn.gait.symmetry import gait_by_name  # noqa: E402
+from symdyn.io.console import log_to, make_console, print_command, print_written  # noqa: E402
+from symdyn.io.progress import progress  # noqa: E402
 from symdyn.policy.file import Policy  # noqa: E402
 
 _GIF_BYTES = 2**30
@@ -38,6 +39,7 @@ def run(args: RecordArguments) -> int:
     _check_memory(out, args.film, script.duration)
     console = make_console()
     log_to(console)
+    _warn_of_range(policy, args.speeds, console)
     headless_gl.use_working_backend()
     (episode,) = simulate(policy, [script])
     _write(policy, episode, args.film, out, console)
@@ -51,7 +53,7 @@ def run(args: RecordArguments) -> int:
 
 def script_of(args: RecordArguments) -> Script:
     """The commands that are filmed. Raises UnknownName, InvalidValue."""
-    gaits = [get(name) for name in args.gaits]
+    gaits = [gait_by_name(name) for name in args.gaits]
     if not gaits:
         raise InvalidValue("--gaits", args.gaits, "one name at least")
     speeds = args.speeds
@@ -74,6 +76,18 @@ def script_of(args: RecordArguments) -> Script:
     return Script("film", segments, len(segments) * args.seconds, args.seed)
 
 
+def _warn_of_range(policy: Policy, speeds: tuple[float, ...], console: Console) -> None:
+    """A film of a fall may be what is wanted; but it should not surprise."""
+    low, high = policy.metadata.command_range["velocity_x"]
+    outside = [f"{speed:g}" for speed in speeds if not low <= speed <= high]
+    if outside:
+        console.print(
+            f"Commanded speeds outside the range of training, {low:g} to {high:g} m/s: {', '.join(outside)} m/s. "
+            "The robot may fall.",
+            style="yellow",
+        )
+
+
 def _check_memory(out: Path, film: FilmConfig, seconds: float) -> None:
     frame = 3 * film.size[0] * film.size[1]
     total, most = film.frames_of(seconds), _GIF_BYTES // frame
@@ -84,12 +98,11 @@ def _check_memory(out: Path, film: FilmConfig, seconds: float) -> None:
 
 
 def _write(policy: Policy, episode: Episode, film: FilmConfig, out: Path, console: Console) -> None:
-    with frames_progress(console) as progress:
-        task = progress.add_task(f"Drawing {out.name}", total=None)
+    with progress(console, f"Drawing {out.name}") as report_progress:
         pictures = frames(
             episode,
             policy.robot,
             film,
-            lambda done, total: progress.update(task, completed=done, total=total),
+            report_progress,
         )
         write_video(out, pictures, film.fps)

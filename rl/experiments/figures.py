@@ -226,13 +226,12 @@ def learning(curves: Mapping[str, Sequence[Mapping[str, float]]], title: str) ->
                 "o-",
                 color=colours[rank % len(colours)][0],
                 markersize=3.5,
-                clip_on=False,
                 label=name,
             )[0]
             for rank, (name, rows) in enumerate(curves.items())
         ]
-        axes.set_ylim(0.0)
-        axes.set_xlim(0.0)
+        axes.set_ylim(0.0, 1.05 if key == "gait_identity" else None)
+        axes.margins(x=0.05)
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
         axes.set_xlabel("samples")
         axes.set_ylabel(label)

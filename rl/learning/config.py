@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -62,14 +63,14 @@ class PPOConfig:
             raise InvalidValue("hidden", self.hidden, "at least one layer, each of at least one unit")
         positive = ("initial_std", "steps", "epochs", "mini_batches", "learning_rate", "desired_kl", "max_grad_norm")
         for name in positive:
-            if not getattr(self, name) > 0:
-                raise InvalidValue(name, getattr(self, name), "a number > 0")
+            if not 0 < getattr(self, name) < math.inf:
+                raise InvalidValue(name, getattr(self, name), "a finite number > 0")
         for name in ("discount", "gae_lambda"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise InvalidValue(name, getattr(self, name), "in [0, 1]")
         for name in ("clip", "entropy", "value_weight"):
-            if not getattr(self, name) >= 0.0:
-                raise InvalidValue(name, getattr(self, name), "a number >= 0")
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise InvalidValue(name, getattr(self, name), "a finite number >= 0")
 
 
 @dataclass(frozen=True)

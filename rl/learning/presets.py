@@ -99,7 +99,7 @@ _STAGES = (
     ),
     Stage(
         "all-round",
-        samples=7e6,
+        samples=6e6,
         ramp=5e6,
         settings={
             "env.commands.velocity_first_s": [1.5, 5.0],

@@ -14,14 +14,15 @@ import torch
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
+from rl.physics.delay_line import DelayLine
 from rl.physics.dynamics import Dynamics
 from rl.physics.model import FLOOR, ROOT_JOINT, foot_site, force_sensor, position_sensor, velocity_sensor
-from rl.physics.motors import DelayLine, torque_range
 from rl.physics.protocol import Physics, Pose, RobotState
 from symdyn.errors import InvalidValue, ResourceProblem
 from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import velocity_limits
 from symdyn.robot.legs import JOINTS, LEGS
+from symdyn.robot.torque_speed import torque_range
 
 BYTES_PER_ROBOT = 0.6e6
 """Memory of one simulation with its share of the learner's, rounded up (make bench measures it)."""

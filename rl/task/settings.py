@@ -255,3 +255,5 @@ class EnvConfig:
 
     def __post_init__(self) -> None:
         get_layout(self.observation)
+        if not 0.0 < self.episode_s < math.inf:
+            raise InvalidValue("episode_s", self.episode_s, "a finite time > 0, s")

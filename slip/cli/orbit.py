@@ -22,8 +22,9 @@ from slip.orbits.report import OrbitReport
 from slip.orbits.symmetry import Image
 from symdyn.errors import InvalidValue, SymdynError, UnknownName
 from symdyn.figures.plots import save
-from symdyn.io.console import frames_progress, log_to, make_console, print_written
+from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
+from symdyn.io.progress import progress
 from symdyn.robot.legs import LEGS
 
 NUMBERS, FIGURE, ANIMATION = "orbit.json", "orbit.png", "orbit"
@@ -184,13 +185,5 @@ def _forces(report: OrbitReport) -> list[float]:
 
 
 def _animate(console: Console, report: OrbitReport, path: Path, name: str, args: OrbitArguments) -> None:
-    with frames_progress(console) as progress:
-        task = progress.add_task(f"Drawing {path.name}", total=None)
-        animate(
-            report.orbit,
-            path,
-            name,
-            args.animation,
-            report.units,
-            lambda done, total: progress.update(task, completed=done, total=total),
-        )
+    with progress(console, f"Drawing {path.name}") as report_progress:
+        animate(report.orbit, path, name, args.animation, report.units, report_progress)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
 from slip.cli.arguments.study import StudyArguments
 from slip.cli.passive_model import PassiveModelArguments
 from slip.curves.cells import settings, trace_cell
@@ -13,6 +11,7 @@ from slip.curves.parallel import run_cells
 from slip.curves.study import cells, summary, write
 from symdyn.io.console import log_to, make_console
 from symdyn.io.exit_codes import INTERRUPTED
+from symdyn.io.progress import progress
 
 TABLE = "study.csv"
 
@@ -23,10 +22,8 @@ def run(args: StudyArguments) -> int:
     work = cells(args.grid, base.parameters, args.select.speeds[1], args.trot, args.carry)
     console = make_console()
     log_to(console)
-    columns = TextColumn("models"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     try:
-        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-            task = progress.add_task("models", total=len(work))
+        with progress(console, f"{len(work)} models") as report_progress:
             outcomes = run_cells(
                 trace_cell,
                 work,
@@ -34,7 +31,7 @@ def run(args: StudyArguments) -> int:
                 settings(args.select.speeds[1], args.trot, args.carry),
                 args.workers,
                 args.retry_failed,
-                lambda done, total: progress.update(task, completed=done, total=total),
+                report_progress,
             )
     except KeyboardInterrupt:
         console.print(f"Stopped. What is done is in {args.out}; the same command goes on with what is left.")

@@ -31,19 +31,19 @@ LEG_COLOURS: Mapping[str, str] = dict(zip(LEGS, ("#0072B2", "#E69F00", "#D55E00"
 """Left hind blue, left front orange, right front vermilion, right hind light blue: hind legs cold, front legs warm."""
 
 GAIT_STYLES: Mapping[str, tuple[str, str]] = {
-    "trot": ("#0072B2", "-"),
-    "bound": ("#D55E00", "-"),
-    "half_bound_left": ("#E69F00", "-"),
-    "half_bound_right": ("#CC79A7", "--"),
-    "rotary_gallop": ("#009E73", "-"),
-    "transverse_gallop": ("#56B4E9", "--"),
+    "trot": ("#117733", "-"),
+    "bound": ("#882255", "-"),
+    "half_bound_left": ("#AA4499", "-"),
+    "half_bound_right": ("#E8A6CF", "--"),
+    "rotary_gallop": ("#44AA99", "-"),
+    "transverse_gallop": ("#A6C36F", "--"),
     "pronk": ("#7F7F7F", "-"),
     "pace": ("#332288", "-"),
     "walk": ("#999933", "-"),
 }
 """Colour and line of each gait of the library; the second member of a family is dashed, or hatched, as well."""
 
-_OTHER_COLOURS = ("#0072B2", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F")
+_OTHER_COLOURS = ("#332288", "#882255", "#117733", "#AA4499", "#44AA99", "#999933", "#7F7F7F")
 _OTHER_LINES = ("-", "--", ":")
 _BAR = 0.72
 """Height of a hollow bar, rows; a solid one is half as high."""
@@ -130,7 +130,7 @@ def gait_diagram(gait: Gait, duty: float, strides: int = 2) -> Figure:
     # stance is where the leg phase phi + theta is in [1 - beta, 1)
     stance_bars(axes, 1.0 - duty - gait.theta, np.full(len(LEGS), duty), strides=strides)
     axes.set_xlabel("stride phase [strides]")
-    axes.set_title(f"{_label(gait.name)}, duty factor {duty:g}: stance of each leg", wrap=True)
+    axes.set_title(f"{_label(gait.name)}, duty factor {duty:.3g}: stance of each leg", wrap=True)
     return figure
 
 

@@ -20,6 +20,7 @@ from array_api_compat import array_namespace
 from numpy.typing import NDArray
 
 from symdyn.arrays import Array
+from symdyn.errors import UnknownName
 from symdyn.gait.library import LIBRARY, Gait, wrap
 from symdyn.gait.phase import wrapped
 from symdyn.robot.legs import JOINTS, LEG_JOINT_AXES_B, LEG_JOINTS, LEGS, is_front, is_left
@@ -266,3 +267,19 @@ def phase_groups(gait: Gait, tolerance: float = TOLERANCE) -> tuple[int, ...]:
         next(j for j in range(len(LEGS)) if abs(float(wrap(gait.theta[i] - gait.theta[j]))) <= tolerance)
         for i in range(len(LEGS))
     )
+
+
+MIRRORED = "_mirrored"
+"""After a gait's name: its mirror image (symdyn.gait.symmetry.mirrored), which leads with the other foot."""
+
+
+def gait_by_name(name: str) -> Gait:
+    """A gait of the library, or with :data:`MIRRORED` after its name the mirror image of one.
+
+    Raises:
+        UnknownName: if there is none.
+    """
+    plain = name.removesuffix(MIRRORED)
+    if plain not in LIBRARY:
+        raise UnknownName("gait", name, [*LIBRARY, *(f"{known}{MIRRORED}" for known in LIBRARY)])
+    return LIBRARY[name] if plain == name else mirrored(LIBRARY[plain])

@@ -11,7 +11,6 @@ from typing import IO, Any
 
 from rich.console import Console
 from rich.logging import RichHandler
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 
 class _Unreadable:
@@ -67,12 +66,6 @@ def print_command(console: Console, *words: object, comment: str = "") -> None:
 def print_written(console: Console, text: str) -> None:
     """Print a sentence with paths in it, which are not to be broken."""
     console.print(text, soft_wrap=True, markup=False)
-
-
-def frames_progress(console: Console) -> Progress:
-    """A bar for the frames of a moving picture, which goes away when it is done."""
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    return Progress(*columns, console=console, transient=True)
 
 
 def log_to(console: Console, level: int = logging.INFO) -> None:

@@ -15,10 +15,7 @@ from hypothesis import strategies as st
 from symdyn.errors import SymdynError
 from symdyn_cli.commands import GROUPS
 
-NOT_YET = {"train"}
-"""Commands whose settings are not looked at here yet: those of rl/learning/config.py."""
-
-ANY_SIGN = {"speeds", "resting_angle"}
+ANY_SIGN = {"speeds", "resting_angle", "velocity_x", "velocity_y", "yaw_rate", "added_mass", "push"}
 """Settings that may be negative, by name."""
 
 UNBOUNDED = {"max_speed"}
@@ -38,9 +35,7 @@ def settings_of(kind: type) -> Iterator[Any]:
 def every_setting() -> list[tuple[Any, str]]:
     """An instance and the name of a field, for all commands."""
     found: dict[tuple[type, str], Any] = {}
-    for name, command in ((n, c) for group in GROUPS.values() for n, c in group.items()):
-        if name in NOT_YET:
-            continue
+    for command in (c for group in GROUPS.values() for c in group.values()):
         module = importlib.import_module(command.arguments)
         (kind,) = [
             its for its in vars(module).values()

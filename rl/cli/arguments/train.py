@@ -31,7 +31,6 @@ _FIRST = (
     "config.threads",
     "config.timing",
     "config.env.observation",
-    "config.env.episode_s",
     "config.env.commands.gaits",
     "config.env.commands.velocity_x",
     "config.env.rewards.x_velocity",
@@ -40,7 +39,7 @@ _FIRST = (
     "config.candidates",
     "config.ppo.equivariant",
 )
-"""The options that ``--help`` shows; ``--help-all`` shows all."""
+"""The twenty options that ``--help`` shows; ``--help-all`` shows all."""
 
 
 @dataclass(frozen=True)

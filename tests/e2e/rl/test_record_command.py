@@ -118,3 +118,23 @@ def test_where_nothing_can_be_rendered(policy, tmp_path, monkeypatch):
     for package in ("libegl1", "libgl1-mesa-dri", "libosmesa6"):
         assert package in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_a_speed_that_was_never_trained_is_told_before_the_film(policy, tmp_path):
+    flags = (
+        "--gaits",
+        "rotary_gallop_mirrored",
+        "--speeds",
+        "9",
+        "--seconds",
+        "0.1",
+        "--size",
+        "160",
+        "160",
+        "--fps",
+        "5",
+    )
+    done = symdyn("record", policy, *flags, "--out", "film.gif", cwd=tmp_path)
+    assert "outside the range of training, -2 to 2 m/s: 9 m/s" in " ".join(done.stdout.split())
+    trained = symdyn("record", policy, *SHORT, "--out", "film.gif", cwd=tmp_path)
+    assert "outside the range" not in trained.stdout

@@ -12,7 +12,7 @@ import pytest
 from hardware.control.controller import Controller, Inputs, Request, State
 from hardware.control.faults import FAULTS
 from hardware.control.health import tilt
-from hardware.control.joystick import Buttons, JoystickConfig, gait_by_name
+from hardware.control.joystick import Buttons, JoystickConfig
 from hardware.control.limits import target_range
 from hardware.control.settings import TICK_HZ, Settings, StandConfig
 from hardware.robot_sim.lockstep import Lockstep, Moment
@@ -27,6 +27,7 @@ from symdyn.analysis import metrics
 from symdyn.errors import InvalidValue
 from symdyn.gait.library import PAPER_GAITS, get
 from symdyn.gait.phase import advance
+from symdyn.gait.symmetry import gait_by_name
 from symdyn.policy.driver import PolicyDriver
 from tests.hardware.control.lockstep import STANDS_AFTER, before, shipped, until, up_to, world
 from tests.hardware.robot_sim.simulated import go2

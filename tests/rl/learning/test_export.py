@@ -30,10 +30,11 @@ from symdyn.gait.timing import GRAVITY, TimingCurve
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import rebuild
 from symdyn.policy.file import GOLDEN_KEY, METADATA_KEY, Policy
-from symdyn.policy.observation import LAYOUTS
+from symdyn.policy.observation import get_layout
 from tests.robots import GO2
 
-OBS = torch.randn(100, LAYOUTS["paper"].size, generator=torch.Generator().manual_seed(1))
+LAYOUT = get_layout(preset("smoke").env.observation)
+OBS = torch.randn(100, LAYOUT.size, generator=torch.Generator().manual_seed(1))
 CURVE = TimingCurve(a_T=1.0 / 3.0 + 2.0, source="a test")
 
 
@@ -165,7 +166,7 @@ class TestGood:
         older = checkpoint.list_checkpoints(run)[-2]
         policy = Policy.load(export_policy(run, checkpoints=(older,)))
         assert policy.metadata.training["samples"] == 2 * 16 * 8
-        obs = np.ones((1, LAYOUTS["paper"].size))
+        obs = np.ones((1, LAYOUT.size))
         assert not np.array_equal(policy.act(obs), Policy.load(exported).act(obs))
 
     def test_of_several_checkpoints_the_mean_of_the_weights(self, run: Path) -> None:

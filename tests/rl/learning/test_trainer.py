@@ -16,6 +16,7 @@ from rl.learning import checkpoint, run_log
 from rl.learning.config import TrainConfig
 from rl.learning.export import export_policy
 from rl.learning.presets import preset
+from rl.learning.stages import Stage
 from rl.learning.trainer import Diverged, Trainer
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.policy.file import Policy
@@ -197,12 +198,12 @@ def test_the_time_limit_ends_a_run(tmp_path):
     assert checkpoint.load_newest(tmp_path)["iteration"] == trainer.iteration > 0
 
 
-def test_the_entropy_weight_follows_its_schedule(tmp_path):
+def test_the_entropy_weight_follows_its_ramp(tmp_path):
     base = _config()
-    ppo = replace(base.ppo, entropy=0.02, entropy_final=0.0, entropy_anneal_start=64.0, entropy_anneal_end=192.0)
-    _trained(replace(base, ppo=ppo), tmp_path)
-    weights = [record["learn/entropy_weight"] for record in run_log.read(tmp_path)]
     # 8 robots x 8 steps = 64 samples an update; the weight is the one at the update's beginning
+    stages = (Stage("a", samples=64.0), Stage("b", ramp=128.0, settings={"ppo.entropy": 0.0}))
+    _trained(replace(base, ppo=replace(base.ppo, entropy=0.02), stages=stages), tmp_path)
+    weights = [record["learn/entropy_weight"] for record in run_log.read(tmp_path)]
     assert weights == pytest.approx([0.02, 0.02, 0.01, 0.0, 0.0, 0.0])
 
 

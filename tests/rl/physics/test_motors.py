@@ -11,10 +11,11 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rl.physics.delay_line import DelayLine
 from rl.physics.dynamics import Dynamics
-from rl.physics.motors import DelayLine, torque_range
 from symdyn.robot.descriptions import velocity_limits
 from symdyn.robot.legs import JOINTS
+from symdyn.robot.torque_speed import torque_range
 from tests.rl.physics.batches import make, poses, targets
 from tests.robots import GO2
 
