@@ -133,6 +133,8 @@ def twins(go2_model: mujoco.MjModel, real_states: RealStates, by_hand: type[Mirr
     told.period_delta[n:] = told.period_delta[:n]
     told.duty_delta[n:] = told.duty_delta[:n]
     env.phase[n:] = env.phase[:n]
+    env.told = told.velocity.clone()
+    env.set_clock()
     env.last_torque[n:] = by_hand.joints(env.last_torque[:n])
     return env
 
