@@ -62,7 +62,8 @@ def export_policy(run: Path, out: Path | None = None, checkpoints: Sequence[Path
         checkpoint.check_robot(content, robot.name, path)
     origin = run if len(contents) > 1 else next(iter(contents))
     actor = _mean([build_actor(content, config, path) for path, content in contents.items()])
-    metadata = describe(run, config, max(content["iteration"] for content in contents.values()), robot)
+    latest = max(contents.values(), key=lambda content: content["iteration"])
+    metadata = describe(run, config, latest["iteration"], robot, latest.get("stage", 0))
     out = out or run / run_dir.POLICY
 
     def write(temporary: Path) -> None:
@@ -131,7 +132,7 @@ def _only_in(shapes: dict[str, str], others: dict[str, str]) -> str:
     return ", ".join(own) or "nothing more"
 
 
-def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot) -> PolicyMetadata:
+def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot, stage: int = 0) -> PolicyMetadata:
     """The metadata of a policy.
 
     Args:
@@ -139,11 +140,12 @@ def describe(run: Path, config: TrainConfig, iteration: int, robot: Robot) -> Po
         config: of the run.
         iteration: number of updates behind it.
         robot: that it was trained on.
+        stage: that the run had reached, from 0.
 
     Raises:
         FileProblem: if the run's timing file is missing or malformed.
     """
-    commands = config.env.commands
+    commands = config.in_stage(min(stage, max(len(config.stages) - 1, 0))).env.commands
     noted = run / run_dir.ORIGIN
     origin_commit = read_json(noted)["commit"] if noted.is_file() else commit()
     return PolicyMetadata(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -138,12 +139,15 @@ def changed(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, A
     Raises:
         InvalidValue: if there is no setting of a name.
     """
-    result = dict(data)
+    result = copy.deepcopy(dict(data))
     for name, value in settings.items():
-        head, _, rest = name.partition(".")
-        if head not in result or (rest and not isinstance(result[head], Mapping)):
-            raise InvalidValue("A stage's setting", name, "the dotted name of a setting, as in config.yaml")
-        result[head] = changed(result[head], {rest: value}) if rest else value
+        *folders, last = name.split(".")
+        place = result
+        for folder in folders:
+            place = place.get(folder) if isinstance(place, dict) else None
+        if not isinstance(place, dict) or last not in place:
+            raise InvalidValue("A setting of the stages", name, "the dotted name of a setting, as in config.yaml")
+        place[last] = value
     return result
 
 

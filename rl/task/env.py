@@ -158,7 +158,7 @@ class GaitEnv(VecEnv):
             state = self.physics.read()
             self.last_torque[ids] = state.joint_torque[ids]
         if changed or len(ids):
-            self._set_clock()
+            self.set_clock()
         self._observation = self._observe(state)
         return self._observation, reward, done.long(), extras
 
@@ -181,7 +181,7 @@ class GaitEnv(VecEnv):
         self._observation = TensorDict(state["observation"], batch_size=[self.num_envs])
         for name in self._STATE:
             setattr(self, name, state[name].clone())
-        self._set_clock()
+        self.set_clock()
 
     _STATE = (
         "episode_length_buf",
@@ -195,8 +195,10 @@ class GaitEnv(VecEnv):
         "push_due",
     )
 
-    def _set_clock(self) -> None:
-        """What the commands ask of the legs: ``standing``, ``duty``, ``period`` (N,), and ``leg_phases`` (N, 4)."""
+    def set_clock(self) -> None:
+        """What the commands ask of the legs: ``standing``, ``duty``, ``period`` (N,), and ``leg_phases`` (N, 4). To be
+        called after a change of the commands or the phase.
+        """
         c, v, length = self.commands, self.commands.velocity[:, 0], self.robot.leg_length
         self.standing = stands(c.velocity) & c.config.steered
         self.duty = torch.where(self.standing, STANDING_DUTY, self.timing.duty(v, length, c.duty_delta))
@@ -340,7 +342,7 @@ class GaitEnv(VecEnv):
         self.yaw_error[ids] = 0.0
         self.heading_held[ids] = heading
         self.push_due[ids] = uniform(self.config.randomization.push_interval_s, (n,), self.generator)
-        self._set_clock()
+        self.set_clock()
 
     def _push_due(self) -> bool:
         time = self.episode_length_buf * self.robot.control_dt

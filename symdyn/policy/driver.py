@@ -89,11 +89,12 @@ class PolicyDriver:
         return Timing(period, duty, clock.leg_phase(self.phase, self.offsets, v_x, reversal))
 
     def observe(self, sensed: Sensed) -> Floats:
-        """The policy's input, (n, size of its observation).
+        """Take over the velocities; the policy's input, (n, size of its observation).
 
         Args:
             sensed: of the n robots.
         """
+        self._steer(sensed)
         timing = self.timing()
         situation = Situation(
             sensed=sensed,
@@ -107,10 +108,7 @@ class PolicyDriver:
         return observe(self.policy.metadata.observation, situation)
 
     def act(self, sensed: Sensed) -> Floats:
-        """Take over the velocities, run the policy on :meth:`observe`, remember its actions, and return the joint
-        targets, (n, 12) rad.
-        """
-        self._steer(sensed)
+        """Run the policy on :meth:`observe`, remember its actions, and return the joint targets, (n, 12) rad."""
         self.action = self.policy.act(self.observe(sensed)).astype(np.float64)
         return self.policy.targets(self.action)
 

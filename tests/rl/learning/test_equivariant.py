@@ -18,9 +18,10 @@ from rl.learning.config import PPOConfig
 from rl.learning.equivariant import EquivariantMLP, Lift, Project, Sheets, mirror_of_actions, mirror_of_groups
 from rl.learning.learner import make_ppo
 from rl.physics.batch import BatchPhysics
+from rl.physics.dynamics import Dynamics
 from rl.physics.randomization import NOMINAL
 from rl.task.env import GaitEnv
-from rl.task.privileged import PRIVILEGED, privileged_terms
+from rl.task.privileged import PRIVILEGED, constant_terms, privileged_terms
 from rl.task.settings import CommandConfig, EnvConfig, RewardConfig
 from symdyn.errors import InvalidValue
 from symdyn.gait.timing import TimingCurve
@@ -42,7 +43,7 @@ def image_of(group: str, observation: torch.Tensor, by_hand: type[MirroredByHand
     image = observation.clone()
     for name, part in layout.slices.items():
         x = observation[:, part]
-        if name in ("projected_gravity_b", "gravity_b", "base_lin_vel_b"):
+        if name in ("projected_gravity_b", "gravity_b", "base_lin_vel_b", "com_shift_b"):
             image[:, part] = x * torch.tensor([1.0, -1.0, 1.0])
         elif name == "base_ang_vel_b":
             image[:, part] = x * torch.tensor([-1.0, 1.0, -1.0])
@@ -55,7 +56,7 @@ def image_of(group: str, observation: torch.Tensor, by_hand: type[MirroredByHand
         elif name in ("clock_sin", "clock_cos", "foot_force", "foot_height", "foot_speed"):
             image[:, part] = by_hand.legs(x)
         else:
-            assert name in ("duty_ratio", "base_height", "dynamics"), f"how is {name} mirrored?"
+            assert name in ("duty_ratio", "base_height", "dynamics", "delay"), f"how is {name} mirrored?"
     return image
 
 
@@ -96,15 +97,20 @@ def test_privileged_observation_of_the_mirrored_robot_is_the_mirrored_one(
     real_states: RealStates, by_hand: type[MirroredByHand]
 ) -> None:
     n, generator = len(real_states.qpos), torch.Generator().manual_seed(0)
-    velocity, phases, dynamics = (torch.randn((n, k), generator=generator) for k in (3, 4, 2))
+    velocity, phases = (torch.randn((n, k), generator=generator) for k in (3, 4))
     default = torch.tensor(GO2.default_joint_pos, dtype=torch.float32)
-    original = PRIVILEGED.assemble(
-        privileged_terms(real_states.state, velocity, phases, dynamics, 0.0194, default, 0.4)
-    )
     flipped = velocity * torch.tensor([1.0, -1.0, -1.0])
-    image = PRIVILEGED.assemble(
-        privileged_terms(real_states.image, flipped, by_hand.legs(phases), dynamics, 0.0194, default, 0.4)
-    )
+    shift = np.random.default_rng(0).normal(scale=0.02, size=(n, 3))
+    found = []
+    for state, told, clock, shifted in (
+        (real_states.state, velocity, phases, shift),
+        (real_states.image, flipped, by_hand.legs(phases), shift * [1.0, -1.0, 1.0]),
+    ):
+        changing = privileged_terms(
+            state, told, clock, default, state.base_pos_w[:, 2] - 0.4, state.foot_pos_w[..., 2] - 0.0194
+        )
+        found.append(PRIVILEGED.assemble(changing | constant_terms(Dynamics.nominal(n, com_shift_b=shifted))))
+    original, image = found
     # forces are the least exact: the feet's meshes are off the sagittal plane by 0.04 mm, alike on both sides
     assert torch.allclose(mirror(original, *mirror_of_groups(["privileged"], LAYOUTS["paper"])), image, atol=5e-3)
     assert not torch.allclose(original, image, atol=0.5)
@@ -127,6 +133,8 @@ def twins(go2_model: mujoco.MjModel, real_states: RealStates, by_hand: type[Mirr
     told.period_delta[n:] = told.period_delta[:n]
     told.duty_delta[n:] = told.duty_delta[:n]
     env.phase[n:] = env.phase[:n]
+    env.told = told.velocity.clone()
+    env.set_clock()
     env.last_torque[n:] = by_hand.joints(env.last_torque[:n])
     return env
 

@@ -23,9 +23,10 @@ from rl.learning import checkpoint, config_file, export, run_dir
 from rl.learning.config import TrainConfig
 from rl.learning.export import export_policy
 from rl.learning.presets import preset
+from rl.learning.stages import Stage
 from rl.learning.trainer import Trainer
 from symdyn.errors import FileProblem
-from symdyn.gait.library import PAPER_GAITS, get
+from symdyn.gait.library import LIBRARY, get
 from symdyn.gait.timing import GRAVITY, TimingCurve
 from symdyn.io.origin import commit
 from symdyn.io.settings_data import rebuild
@@ -124,13 +125,25 @@ class TestGood:
         assert (meta.action_scale, meta.kp, meta.kd, meta.control_dt) == (0.25, 30.0, 0.65, 0.02)
         assert (meta.leg_length, meta.gravity) == (GO2.leg_length, GRAVITY)
         assert meta.timing == CURVE
-        assert dict(meta.gaits) == {name: get(name) for name in PAPER_GAITS}
-        assert dict(meta.command_range) == {"velocity_x": (-2.0, 2.0), "velocity_y": (0.0, 0.0), "yaw_rate": (0.0, 0.0)}
+        assert dict(meta.gaits) == {name: get(name) for name in LIBRARY}
+        commands = {"velocity_x": (-2.0, 2.0), "velocity_y": (-0.4, 0.4), "yaw_rate": (-1.0, 1.0)}
+        assert dict(meta.command_range) == commands
+        assert meta.steering is None
         assert meta.time_reversal is True
         assert meta.training["samples"] == 3 * 16 * 8
         assert meta.training["seed"] == 11
         assert meta.training["commit"] == "commit of rl"
         assert rebuild(TrainConfig, meta.training["config"], "the policy") == config
+
+    def test_metadata_is_of_the_stage_that_the_run_has_reached(self, tmp_path: Path) -> None:
+        steered = {"env.commands.steered": True, "env.commands.yaw_rate": [-0.5, 0.5]}
+        stages = (Stage("a", samples=128.0), Stage("b", samples=128.0, settings=steered))
+        config = replace(preset("smoke"), stages=stages)
+        config_file.save(config, tmp_path / run_dir.CONFIG)
+        assert Trainer(config, tmp_path).train()
+        meta = Policy.load(export_policy(tmp_path)).metadata
+        assert meta.steering == config.env.commands.steering
+        assert meta.command_range["yaw_rate"] == (-0.5, 0.5)
 
     def test_metadata_has_the_keys_of_the_contract(self, exported: Path) -> None:
         props = {p.key: p.value for p in onnx.load(exported).metadata_props}
@@ -220,13 +233,13 @@ class TestRefused:
     def test_other_layers_than_the_settings(self, run: Path) -> None:
         config = config_file.load(run / run_dir.CONFIG)
         config_file.save(replace(config, ppo=replace(config.ppo, hidden=(64,))), run / run_dir.CONFIG)
-        self.refused(run, "0.weight 256x52, .*; its settings ask for 0.weight 32x52, .*2.weight 12x32")
+        self.refused(run, "0.weight 128x59, .*; its settings ask for 0.weight 32x59, .*2.weight 12x32")
 
     def test_another_kind_of_actor_than_the_settings(self, run: Path) -> None:
         config = config_file.load(run / run_dir.CONFIG)
         other = replace(config, ppo=replace(config.ppo, equivariant=not config.ppo.equivariant))
         config_file.save(other, run / run_dir.CONFIG)
-        self.refused(run, "0.weight 256x52, .*; its settings ask for 0.weight 512x52, ")
+        self.refused(run, "0.weight 128x59, .*; its settings ask for 0.weight 256x59, ")
 
     def test_missing_timing_file(self, run: Path, tmp_path: Path) -> None:
         config = config_file.load(run / run_dir.CONFIG)

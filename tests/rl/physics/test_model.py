@@ -251,7 +251,7 @@ def test_without_example_robot_data(monkeypatch: pytest.MonkeyPatch) -> None:
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(importlib.metadata, "files", missing)
-    with pytest.raises(ResourceProblem, match="example-robot-data is not installed; pip install"):
+    with pytest.raises(ResourceProblem, match="example-robot-data is not installed"):
         build_model(GO2)
 
 
