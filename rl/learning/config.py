@@ -85,6 +85,7 @@ class TrainConfig:
         seed: of everything random.
         threads: of physics and networks; 0 takes every processor.
         timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
+        torque_knee: that the motors have in training (Robot.torque_knee); None takes the robot file's.
         checkpoint_every: updates between two checkpoints.
         keep_every: checkpoints of every so many updates stay; of the others only the newest two.
         candidates: how many of the last checkpoints are compared at the end, by validation on commands and seeds that
@@ -102,6 +103,7 @@ class TrainConfig:
     seed: int = 0
     threads: int = 0
     timing: Path | None = None
+    torque_knee: float | None = None
     checkpoint_every: int = 25
     keep_every: int = 500
     candidates: int = 6
@@ -117,6 +119,8 @@ class TrainConfig:
         for name in ("seed", "threads", "candidates"):
             if getattr(self, name) < 0:
                 raise InvalidValue(name, getattr(self, name), "a whole number >= 0")
+        if self.torque_knee is not None and not 0.0 <= self.torque_knee < 1.0:
+            raise InvalidValue("torque_knee", self.torque_knee, "in [0, 1)")
         # advantages are normalised by their standard deviation, which one sample does not have
         most = self.num_envs * self.ppo.steps // 2
         if self.ppo.mini_batches > most:

@@ -52,6 +52,7 @@ def _cpu() -> TrainConfig:
         preset="cpu",
         iterations=2000,
         num_envs=1024,
+        torque_knee=0.5,
         keep_every=25,
         engine=ENGINES["fast"],
         env=EnvConfig(

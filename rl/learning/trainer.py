@@ -231,8 +231,10 @@ class Trainer:
         return record
 
     def _physics(self) -> BatchPhysics:
-        model = build_model(self.robot, engine=self._now.engine)
-        return BatchPhysics(model, self.robot, self.config.num_envs, self.config.threads)
+        knee = self.config.torque_knee
+        robot = self.robot if knee is None else replace(self.robot, torque_knee=knee)
+        model = build_model(robot, engine=self._now.engine)
+        return BatchPhysics(model, robot, self.config.num_envs, self.config.threads)
 
     def _ramp(self) -> None:
         """Take the settings that the stage has by now: rewards and the learner's numbers."""
