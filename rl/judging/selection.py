@@ -36,7 +36,11 @@ class Candidate:
 
 
 def select(
-    run: Path, robot: Robot, late: int, watch: Callable[[int, int], None] = lambda done, total: None
+    run: Path,
+    robot: Robot,
+    late: int,
+    watch: Callable[[int, int], None] = lambda done, total: None,
+    judge: Callable[[Policy], Validation] = validate,
 ) -> Candidate:
     """Export the best candidate as ``RUN/policy.onnx``, and write every candidate's figures to ``RUN/selection.json``.
 
@@ -45,6 +49,7 @@ def select(
         robot: that it was trained on.
         late: how many of the last checkpoints are compared.
         watch: called with the candidates that are judged and those there are.
+        judge: what validates a policy.
 
     Raises:
         FileProblem: if the run has no checkpoint, or something cannot be written.
@@ -60,7 +65,7 @@ def select(
         for number, (name, taken) in enumerate(options.items()):
             watch(number, len(options))
             file = export_policy(run, Path(folder) / f"{number}.onnx", taken)
-            found.append(Candidate(name, taken, validate(Policy.load(file, robot))))
+            found.append(Candidate(name, taken, judge(Policy.load(file, robot))))
     watch(len(options), len(options))
     best = min(found, key=lambda candidate: candidate.validation.cost)
     export_policy(run, run / run_dir.POLICY, best.checkpoints)
