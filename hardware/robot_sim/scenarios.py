@@ -84,7 +84,7 @@ SCENARIOS: dict[str, Scenario] = {
         _GAITS,
     ),
     "unitree": Scenario(
-        "the six gaits in unitree_mujoco's world: slippery floor, joint friction, numb feet",
+        "six gaits, slippery floor, joint friction, numb feet",
         _GAITS,
         UNITREE,
     ),

@@ -17,6 +17,8 @@ from symdyn.errors import InvalidValue
 from symdyn.io.settings_data import plain, rebuild
 from symdyn.robot.robot_file import DEFAULT_ROBOT
 
+PresetName = Literal["cpu", "paper", "smoke"]
+
 
 @dataclass(frozen=True)
 class PPOConfig:
@@ -96,7 +98,7 @@ class TrainConfig:
         stages: what changes on the way; empty for nothing. The run ends with its last stage, or with ``iterations``.
     """
 
-    preset: str = "paper"
+    preset: PresetName = "paper"
     robot: Annotated[str, tyro.conf.arg(metavar="NAME|FILE")] = DEFAULT_ROBOT
     iterations: int = 50_000
     num_envs: int = 2048

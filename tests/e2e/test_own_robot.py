@@ -81,7 +81,7 @@ def test_run_checkpoint_curves_and_policy_carry_the_robot(folder: Path, policy: 
 def test_training_takes_pose_gains_rate_and_observation_of_the_file(folder: Path) -> None:
     trainer = Trainer(config_file.load(folder / "run" / "config.yaml"), folder / "run")
     env = trainer.env
-    assert env.physics.substeps == 2
+    assert env.physics.substeps == 1  # 100 Hz in the preset's physics of 10 ms
     obs = env.get_observations()["policy"]
     assert obs.shape == (8, 59)
     gyroscope = obs[:, env.layout.slices["base_ang_vel_b"]]

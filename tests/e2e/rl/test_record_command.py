@@ -102,7 +102,7 @@ def test_one_speed_for_each_gait_one_gait_for_each_speed(policy):
         (("trot", "pace"), (0.7,), [("trot", 0.7), ("pace", 0.7)]),
         (("trot",), (0.5, -1.0, 0.5), [("trot", 0.5), ("trot", -1.0), ("trot", 0.5)]),
     ):
-        script = RecordArguments(gaits=gaits, speeds=speeds, seconds=1.5).script()
+        script = script_of(RecordArguments(gaits=gaits, speeds=speeds, seconds=1.5))
         assert [(segment.gait.name, segment.velocity[0]) for segment in script.segments] == wanted
         assert [segment.start for segment in script.segments] == [1.5 * k for k in range(len(wanted))]
         assert script.duration == 1.5 * len(wanted)

@@ -184,7 +184,7 @@ def test_a_study_killed_and_run_again_has_every_model_once(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--k", "0"), ("stiffness is 0.0",)),
+        (("--k", "0"), ("k is (0.0,)",)),
         (("--k", "5", "5"), ("none of them twice",)),
         (("--J", "nan"), ("J is", "finite")),
         (("--robot", "go22"), ("Unknown robot 'go22'",)),

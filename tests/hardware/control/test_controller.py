@@ -294,7 +294,9 @@ class TestCommands:
         meta = shipped().metadata
         low, high = meta.command_range["velocity_x"]
         shortest = meta.training["config"]["env"]["commands"]["velocity_again_s"][0]
-        assert np.diff(speed).max() <= (high - low) / shortest * 0.006 + 1e-12
+        # the policy takes over a velocity with every action, and as much as the stick moved since the last one
+        ticks = round(meta.control_dt * TICK_HZ)
+        assert np.diff(speed).max() <= (high - low) / shortest * 0.006 * ticks + 1e-12
         assert speed.max() == high
         assert all((moment.tick.velocity_command[1:] == 0.0).all() for moment in moments)  # it learned no other
 

@@ -114,7 +114,7 @@ class TestRefused:
             (lambda d: d.update(env=None), ("env is None", "a table")),
             (lambda d: d.update(iterations=1.0), ("iterations is 1.0", "a whole number")),
             (lambda d: d.update(iterations=True), ("iterations is True", "a whole number")),
-            (lambda d: d.update(preset=3), ("preset is 3", "text")),
+            (lambda d: d.update(preset="gpu"), ("preset is 'gpu'", "'cpu', 'paper', 'smoke'")),
             (lambda d: d["stages"][1].update(ramp=1e9), ("stages[1]", "ramp")),
             (lambda d: d["stages"][1]["settings"].update({"env.no_such": 1}), ("stages", "env.no_such")),
             (lambda d: d["stages"][0].update(settings=[]), ("stages[0].settings is []", "a table")),

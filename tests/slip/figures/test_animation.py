@@ -115,7 +115,7 @@ class TestFiles:
             return real(name, *args, **kwargs)
 
         monkeypatch.setattr(builtins, "__import__", missing)
-        with pytest.raises(ResourceProblem, match=r"symdyn-gaits\[video\]"):
+        with pytest.raises(ResourceProblem, match="imageio-ffmpeg"):
             animate(orbit("GG"), tmp_path / "gallop.mp4", "GG", SMALL)
         assert not list(tmp_path.iterdir())
 
