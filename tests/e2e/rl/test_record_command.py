@@ -96,6 +96,7 @@ def test_it_ends_where_the_robot_falls_and_says_so(tmp_path):
 
 def test_one_speed_for_each_gait_one_gait_for_each_speed(policy):
     from rl.cli.arguments.record import RecordArguments
+    from rl.cli.record import script_of
 
     for gaits, speeds, wanted in (
         (("trot", "pace"), (0.5, 1.0), [("trot", 0.5), ("pace", 1.0)]),
