@@ -52,15 +52,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(str(error))
     except KeyboardInterrupt:
         return INTERRUPTED
+    except BrokenPipeError:
+        # the reader (head, less) has gone; without this the interpreter complains once more while it exits
+        _silence(sys.stdout)
+        return 0
     except OSError as error:
         if error.errno not in _FULL:
             raise
         _silence(sys.stdout)
         return _fail(f"{error.filename or 'The output'} cannot be written: {error.strerror}.")
-    except BrokenPipeError:
-        # the reader (head, less) has gone; without this the interpreter complains once more while it exits
-        _silence(sys.stdout)
-        return 0
 
 
 def _silence(stream: TextIO) -> None:

@@ -191,7 +191,7 @@ def _heading_figure(by_mode: Mapping[str, Mapping[tuple, list[Episode]]], name: 
             for key, found in episodes.items():
                 if key[0] == "straight" and key[2] == v:
                     recording = found[0].recording
-                    color, style, _ = GAIT_STYLES[key[1]]
+                    color, style = GAIT_STYLES[key[1]]
                     axes.plot(recording.time, _heading(recording), style, color=color, lw=1.2, label=key[1])
             axes.set_title(f"{mode}, {v:g} m/s", fontsize=10)
             axes.grid(alpha=0.3)
@@ -213,8 +213,8 @@ def _turning_figure(found: Mapping[tuple, list[Episode]], name: str) -> Figure:
                 float(np.mean([_yaw_rate(e) for e in episodes]))
                 for episodes in (found["turn", gait, v, rate] for rate in TURN_RATES)
             ]
-            color, style, marker = GAIT_STYLES[gait]
-            axes.plot(TURN_RATES, rates, style, color=color, marker=marker, ms=4, lw=1.0, label=gait.replace("_", " "))
+            color, style = GAIT_STYLES[gait]
+            axes.plot(TURN_RATES, rates, style, color=color, marker="o", ms=4, lw=1.0, label=gait.replace("_", " "))
         axes.plot(TURN_RATES, TURN_RATES, color="0.6", lw=0.8, zorder=0)
         axes.set_title(f"at {v:g} m/s", fontsize=10)
         axes.set_xlabel("commanded yaw rate [rad/s]")

@@ -57,7 +57,7 @@ def select(
     paths = checkpoint.list_checkpoints(run)[-late:]
     if not paths:
         raise FileProblem(run, "holds no checkpoint to make a policy of.")
-    options = {f"checkpoint {int(path.stem)}": (path,) for path in paths}
+    options: dict[str, tuple[Path, ...]] = {f"checkpoint {int(path.stem)}": (path,) for path in paths}
     if len(paths) >= _AVERAGED:
         options[f"the mean of the last {_AVERAGED} checkpoints"] = tuple(paths[-_AVERAGED:])
     found = []

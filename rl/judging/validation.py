@@ -103,7 +103,7 @@ def _random(gaits: Sequence[Gait]) -> list[Script]:
     starts = np.arange(0.0, _SEQUENCE_S, _HOLD_S)
 
     def segment(start: float) -> Segment:
-        return Segment(float(start), gaits[rng.integers(len(gaits))], (float(rng.uniform(-1.9, 1.9)), 0.0, 0.0))
+        return Segment(float(start), gaits[int(rng.integers(len(gaits)))], (float(rng.uniform(-1.9, 1.9)), 0.0, 0.0))
 
     return [
         Script(f"random {i}", tuple(segment(start) for start in starts), _SEQUENCE_S, FIRST_SEED + 100 + i)

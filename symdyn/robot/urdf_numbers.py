@@ -16,7 +16,7 @@ _NUMBERS: Mapping[str, Mapping[str, int]] = {
     "origin": _POSE,
     "axis": {"xyz": 3},
     "mass": {"value": 1},
-    "inertia": _TENSOR,
+    "inertia": {str(name): size for name, size in _TENSOR.items()},
     "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
     "dynamics": {"damping": 1, "friction": 1},
     "box": {"size": 3},

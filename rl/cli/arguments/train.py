@@ -88,7 +88,7 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
     else:
         from rl.learning import config_file, run_dir  # with torch, which help need not wait for
 
-        own = known.settings if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
+        own: Path = known.settings if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
         default = config_file.load(own)
     args = parsed(TrainArguments, arguments, "symdyn train", TrainArguments(config=default), first=_FIRST)
     if args.start_std is not None:

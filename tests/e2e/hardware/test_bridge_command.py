@@ -36,9 +36,9 @@ def damps_soon_after(its: Bridged, what: Callable[[], None]) -> float:
 
 
 def test_the_policy_runs_through_the_bridge_and_ctrl_c_damps_and_ends(tmp_path: Path) -> None:
-    # a machine that stops for 50 ms in these seconds makes the deployer damp, rightly: then it is tried again
+    # a machine that stops for some 50 ms makes the deployer damp, rightly: then it is tried again
     if not any(_runs(tmp_path) for _ in range(2)):
-        assert _runs(tmp_path), "the robot was damped for a stale state three times"
+        assert _runs(tmp_path), "the robot was damped three times before it ran"
 
 
 def _runs(tmp_path: Path) -> bool:
@@ -47,10 +47,8 @@ def _runs(tmp_path: Path) -> bool:
     with bridged(free_domain(), multicast_url(), ("--out", out)) as its:
         try:
             await_mode(its, "running")
-        except RuntimeError as error:  # damped on the way there
-            if "no_joint_state" in str(error):
-                return False
-            raise
+        except RuntimeError:  # damped on the way there
+            return False
         time.sleep(3.0)
         if its.ear.mode != "running" and "no_joint_state" in its.words():
             return False
