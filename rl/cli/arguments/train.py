@@ -88,8 +88,8 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
     else:
         from rl.learning import config_file, run_dir  # with torch, which help need not wait for
 
-        resumed = None if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
-        default = config_file.load(resumed or known.settings)
+        own = str(known.settings) if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
+        default = config_file.load(Path(own))
     args = parsed(TrainArguments, arguments, "symdyn train", TrainArguments(config=default), first=_FIRST)
     if args.start_std is not None:
         if args.start_from is None:
