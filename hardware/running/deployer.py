@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import gc
 import logging
-import os
 import secrets
-import select
-import subprocess
-import sys
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -19,6 +15,7 @@ from hardware.control.controller import Controller, Inputs, Request, State, Tick
 from hardware.control.faults import Fault
 from hardware.control.settings import TICK_HZ, Settings
 from hardware.running import realtime
+from hardware.running.child import Child
 from hardware.running.deadline_loop import DeadlineLoop
 from hardware.running.leaving import leaving_at_once
 from hardware.running.session import Session, sha256
@@ -38,7 +35,6 @@ from symdyn.policy.file import Policy
 LISTEN_S = 0.3
 """s that the channel of targets must be silent before the deployer starts."""
 
-_START_S = 20.0
 _REMEMBERED = 400
 _log = logging.getLogger(__name__)
 
@@ -239,28 +235,17 @@ class _Guard:
     """The watchdog process, seen from the deployer."""
 
     def __init__(self, url: str, sender: int, settings: Settings) -> None:
-        read, write = os.pipe()
-        command = [
-            sys.executable, "-m", "hardware.running.watchdog", "--url", url, "--sender", str(sender), "--last-words",
-            str(read), "--damping-kd", str(settings.safety.damping_kd), "--to-passive", settings.joystick.to_passive,
-        ]  # fmt: skip
-        # a session of its own: Ctrl-C in the terminal must not reach it
-        self._process = subprocess.Popen(
-            command, pass_fds=(read,), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, start_new_session=True
-        )
-        os.close(read)
-        self._pipe = write
-        os.set_blocking(write, False)
-        assert self._process.stdout is not None
-        ready = select.select([self._process.stdout], [], [], _START_S)[0]
-        if not ready or self._process.stdout.readline() != b"ready\n":
-            self._process.kill()
+        kd, to_passive = settings.safety.damping_kd, settings.joystick.to_passive
+        arguments = ("--url", url, "--sender", str(sender), "--damping-kd", str(kd), "--to-passive", to_passive)
+        self._child = Child("hardware.running.watchdog", arguments)
+        if self._child.ready != ["ready"]:
+            self._child.kill()
             raise ResourceProblem("The watchdog process does not start; see its message above.")
 
     @property
     def alive(self) -> bool:
         """Whether it still watches."""
-        return self._process.poll() is None
+        return self._child.alive
 
     def passive(self, number: int) -> None:
         """Say that silence after target ``number`` is all right."""
@@ -269,14 +254,8 @@ class _Guard:
     def quit(self) -> None:
         """End it."""
         self._say("quit")
-        os.close(self._pipe)
-        try:
-            self._process.wait(timeout=2.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
+        self._child.end()
 
     def _say(self, words: str) -> None:
-        try:
-            os.write(self._pipe, f"{words}\n".encode())
-        except OSError:
+        if not self._child.say(words):
             _log.warning("The watchdog cannot be told %r: it is gone or does not listen.", words)
