@@ -13,7 +13,6 @@ from typing import Any  # noqa: E402
 
 import torch  # noqa: E402
 from rich.console import Console  # noqa: E402
-from rich.progress import Progress  # noqa: E402
 
 from rl.cli.arguments.train import TrainArguments  # noqa: E402
 from rl.judging.selection import select  # noqa: E402
@@ -23,6 +22,7 @@ from rl.learning.trainer import Trainer  # noqa: E402
 from symdyn.io.console import log_to, make_console, print_command  # noqa: E402
 from symdyn.io.exit_codes import INTERRUPTED  # noqa: E402
 from symdyn.io.origin import commit  # noqa: E402
+from symdyn.io.progress import progress  # noqa: E402
 
 
 def run(args: TrainArguments) -> int:
@@ -78,7 +78,7 @@ def _run(trainer: Trainer, console: Console) -> int:
     with TrainingDisplay(console, config) as display:
         done = trainer.train(display.update)
     if not done:
-        console.print(f"Stopped after {trainer.iteration} of {config.iterations} updates. To go on:")
+        console.print(f"Stopped after {trainer.iteration} of {config.total_iterations} updates. To go on:")
         print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
     console.print(f"Done after {trainer.iteration} updates.")
@@ -94,14 +94,8 @@ def _run(trainer: Trainer, console: Console) -> int:
 
 
 def _select(trainer: Trainer, console: Console) -> str:
-    with Progress(console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task("comparing late checkpoints", total=None)
-        best = select(
-            trainer.run,
-            trainer.robot,
-            trainer.config.candidates,
-            lambda done, total: progress.update(task, completed=done, total=total),
-        )
+    with progress(console, "comparing late checkpoints") as report_progress:
+        best = select(trainer.run, trainer.robot, trainer.config.candidates, report_progress)
     v = best.validation
     return (
         f"Wrote {trainer.run / run_dir.POLICY} from {best.name} (in validation: GC stance {v.gc_stance:.3f}, identity "

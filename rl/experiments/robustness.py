@@ -21,6 +21,7 @@ from rl.physics.randomization import NOMINAL, RandomizationConfig
 from rl.task.env import GaitEnv
 from rl.task.settings import CommandConfig, EnvConfig, ResetConfig
 from symdyn.gait.library import PAPER_GAITS
+from symdyn.policy.steering import Steering
 
 SEQUENCES = 100
 TOP_SPEED = 1.8
@@ -160,6 +161,7 @@ def _fell(subject: Subject, world: World, robots: int, seconds: float, watch) ->
             gait_again_s=_CHANGES_S,
             time_reversal=subject.time_reversal,
             steered=policy.metadata.steering is not None,
+            steering=policy.metadata.steering or Steering(),
         ),
         randomization=world.randomization,
         reset=ResetConfig(),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from rl.judging import protocols
 from rl.judging.simulate import Episode, Script, Segment, run_grouped
 from symdyn.analysis.metrics import summarise
 from symdyn.gait.library import Gait
@@ -21,7 +21,7 @@ _SPEEDS = (-1.4, -0.6, 0.45, 0.9, 1.6)
 _TURN = (0.7, 0.7)
 """v_x in m/s, yaw rate in rad/s."""
 _SIDESTEP = 0.25
-_SEQUENCES = 16
+_SEQUENCES, _TOP_SPEED = 16, 1.9
 _SEQUENCE_S, _HOLD_S = 12.0, 1.5
 
 
@@ -57,23 +57,27 @@ class Validation:
 def validate(policy: Policy) -> Validation:
     """Judge a policy in every gait that it was trained for, on the nominal robot."""
     gaits = list(policy.gaits.values())
+    names, seeds = list(policy.gaits), (FIRST_SEED,)
+    straight = protocols.constant_scripts(names, _SPEEDS, seeds, _SECONDS)
     groups = {
-        "straight": [_script(gait, (v, 0.0, 0.0), i) for i, v in enumerate(_SPEEDS) for gait in gaits],
+        "straight": [script for scripts in straight.values() for script in scripts],
         "turn": [],
         "sidestep": [],
-        "random": _random(gaits),
+        "random": protocols.random_scripts(_SEQUENCES, names, _TOP_SPEED, _HOLD_S, _SEQUENCE_S, FIRST_SEED),
     }
     low, high = policy.metadata.command_range["yaw_rate"]
     if low < 0.0 < high:
         v, rate = _TURN
-        groups["turn"] = [_script(gait, (v, 0.0, sign * rate), 10) for gait in gaits for sign in (-1.0, 1.0)]
+        groups["turn"] = [_script(gait, (v, 0.0, sign * rate)) for gait in gaits for sign in (-1.0, 1.0)]
     low, high = policy.metadata.command_range["velocity_y"]
     if low < 0.0 < high:
         v = (0.5, _SIDESTEP, 0.0)
-        groups["sidestep"] = [_script(gait, v, 20) for gait in gaits]
+        groups["sidestep"] = [_script(gait, v) for gait in gaits]
     episodes = run_grouped(policy, groups)
 
-    def mean(group: str, key: str) -> float:
+    def mean(group: str, key: str, worst: float = 1.0) -> float:
+        if not episodes[group]:
+            return 0.0  # the policy was not trained for it
         reversal = policy.metadata.time_reversal
         found = [
             summarise(e.recording, e.script.segments[0].gait.name, _SETTLE_S, reversal)[key]
@@ -81,12 +85,12 @@ def validate(policy: Policy) -> Validation:
             if e.fell_at is None
         ]
         finite = [value for value in found if np.isfinite(value)]
-        return float(np.mean(finite)) if finite else 1.0 if episodes[group] else 0.0
+        return float(np.mean(finite)) if finite else worst
 
     every: list[Episode] = [episode for group in episodes.values() for episode in group]
     return Validation(
         gc_stance=mean("straight", "gc_stance"),
-        identity=mean("straight", "gait_identity"),
+        identity=mean("straight", "gait_identity", worst=0.0),
         speed_error=mean("straight", "speed_error"),
         yaw_error=mean("turn", "yaw_error"),
         lateral_error=mean("sidestep", "y_error"),
@@ -94,18 +98,5 @@ def validate(policy: Policy) -> Validation:
     )
 
 
-def _script(gait: Gait, velocity: tuple[float, float, float], number: int) -> Script:
-    return Script(f"{gait.name} at {velocity}", (Segment(0.0, gait, velocity),), _SECONDS, FIRST_SEED + number)
-
-
-def _random(gaits: Sequence[Gait]) -> list[Script]:
-    rng = np.random.default_rng(FIRST_SEED)
-    starts = np.arange(0.0, _SEQUENCE_S, _HOLD_S)
-
-    def segment(start: float) -> Segment:
-        return Segment(float(start), gaits[int(rng.integers(len(gaits)))], (float(rng.uniform(-1.9, 1.9)), 0.0, 0.0))
-
-    return [
-        Script(f"random {i}", tuple(segment(start) for start in starts), _SEQUENCE_S, FIRST_SEED + 100 + i)
-        for i in range(_SEQUENCES)
-    ]
+def _script(gait: Gait, velocity: tuple[float, float, float]) -> Script:
+    return Script(f"{gait.name} at {velocity}", (Segment(0.0, gait, velocity),), _SECONDS, FIRST_SEED)

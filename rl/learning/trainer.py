@@ -129,11 +129,12 @@ class Trainer:
         """
         state = checkpoint.load_newest(self.run)
         self._load_learner(state, self.run)
-        self.stage, self._stage_began = state["stage"], state["stage_began"]
-        self._recent.extend(state["recent"])
-        if self.config.stages:
-            self._enter_stage(self.stage, state["iteration"] * self.config.samples_per_iteration - self._stage_began)
         try:
+            self.stage, self._stage_began = state["stage"], state["stage_began"]
+            self._recent.extend(state["recent"])
+            if self.config.stages:
+                samples = state["iteration"] * self.config.samples_per_iteration
+                self._enter_stage(self.stage, samples - self._stage_began)
             self.env.load_state_dict(state["env"])
         except (KeyError, RuntimeError, ValueError) as error:
             raise FileProblem(self.run, f"holds a checkpoint of another configuration ({error}).") from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,6 @@ class GaitEnv(VecEnv):
         self._dump_dir = dump_dir
         self._default_pos = torch.tensor(robot.default_joint_pos, dtype=torch.float32)
         self._noise = torch.tensor(self.layout.noise_amplitude(), dtype=torch.float32)
-        self._speed_limits = torch.tensor(velocity_limits(robot), dtype=torch.float32)
         self.episode_length_buf = torch.zeros(n, dtype=torch.int64)
         self.phase = torch.zeros(n)
         self.last_action = torch.zeros(n, self.num_actions)
@@ -139,8 +139,8 @@ class GaitEnv(VecEnv):
             state = self._discard(state, diverged)
         self._advance_clock()
         self._filter_velocity(state)
-        height = state.base_pos_w[:, 2] - self.physics.ground(state.base_pos_w)
-        terms = self._reward_terms(state, actions, height)
+        height, sole_height = self._heights(state)
+        terms = self._reward_terms(state, actions, height, sole_height)
         reward = rewards.total(terms, self.rewards.exp_share, self.rewards.softness)
         reward[diverged] = 0.0
         fell = fallen(state, self.config.termination, state.base_pos_w[:, 2] - height) | diverged
@@ -224,10 +224,22 @@ class GaitEnv(VecEnv):
         gain = -math.expm1(-dt / self.rewards.heading_filter_s)
         self.yaw_error = self.yaw_error + gain * (now[:, 2] - self.told[:, 2] - self.yaw_error)
 
-    def _reward_terms(self, state: RobotState, actions: torch.Tensor, height: torch.Tensor) -> dict[str, torch.Tensor]:
+    @cached_property
+    def _speed_limits(self) -> torch.Tensor:
+        return torch.tensor(velocity_limits(self.robot), dtype=torch.float32)
+
+    def _heights(self, state: RobotState) -> tuple[torch.Tensor, torch.Tensor]:
+        """Of the trunks, (N,), and of the soles, (N, 4), above the ground below them, m."""
+        base, foot = state.base_pos_w, state.foot_pos_w
+        return base[:, 2] - self.physics.ground(base), foot[..., 2] - self.physics.ground(
+            foot
+        ) - self.physics.foot_radius
+
+    def _reward_terms(
+        self, state: RobotState, actions: torch.Tensor, height: torch.Tensor, sole_height: torch.Tensor
+    ) -> dict[str, torch.Tensor]:
         c, told = self.rewards, self.told
         phases, duty = self.leg_phases, self.duty
-        sole_height = state.foot_pos_w[..., 2] - self.physics.ground(state.foot_pos_w) - self.physics.foot_radius
         swing, progress = clock.in_swing(phases, duty), clock.swing_progress(phases, duty)
         force, speed = state.foot_force_w.norm(dim=-1), state.foot_vel_w.norm(dim=-1)
         x, y, yaw_rate = self.velocity_h.unbind(dim=1)
@@ -286,14 +298,9 @@ class GaitEnv(VecEnv):
         policy = observe(self.layout, situation)
         if self.config.randomization.observation_noise:
             policy += self._noise * uniform((-1.0, 1.0), tuple(policy.shape), self.generator)
-        foot = state.foot_pos_w
+        height, sole_height = self._heights(state)
         changing = privileged_terms(
-            state,
-            self.velocity_h,
-            self.leg_phases,
-            self._default_pos,
-            state.base_pos_w[:, 2] - self.physics.ground(state.base_pos_w) - self.robot.base_height,
-            foot[..., 2] - self.physics.ground(foot) - self.physics.foot_radius,
+            state, self.velocity_h, self.leg_phases, self._default_pos, height - self.robot.base_height, sole_height
         )
         privileged = PRIVILEGED.assemble(changing | self._constant)
         return TensorDict({"policy": policy, "privileged": privileged}, batch_size=[self.num_envs])

@@ -12,6 +12,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.estimation.kinematics import JointLimits
 from rl.physics.batch import BatchPhysics
 from rl.physics.delay_line import DelayLine
 from rl.physics.dynamics import Dynamics
@@ -113,3 +114,7 @@ def test_strength_gains_and_offsets_give_the_torque_of_the_motor_law() -> None:
         mujoco.mj_forward(model, data)
         damped = law - dynamics.strength[i] * GO2.kd * dynamics.kd[i]
         np.testing.assert_allclose(data.actuator_force[columns], damped, atol=1e-4)
+
+
+def test_velocity_limits_are_those_that_the_deployer_keeps() -> None:
+    np.testing.assert_array_equal(velocity_limits(GO2), JointLimits.of(GO2).velocity)
