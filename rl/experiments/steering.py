@@ -91,11 +91,12 @@ def run(subject: Subject) -> Result:
         figures={
             "heading.png": (
                 _heading_figure({"by the policy alone": without, "with heading hold": found}, subject.path.name),
-                f"Heading on the way, seed {subject.seeds[0]}; straight ahead is zero.",
+                f"Heading over time, seed {subject.seeds[0]}. Zero is straight ahead.",
             ),
             "turning.png": (
                 _turning_figure(found, subject.path.name),
-                "Realised against commanded yaw rate, mean over whole strides and seeds.",
+                f"Measured and commanded yaw rate, mean from {SETTLE_S:g} to {SECONDS:g} s over {len(subject.seeds)} "
+                "seeds. The grey line is exact tracking.",
             ),
         },
     )
