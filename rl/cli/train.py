@@ -15,8 +15,9 @@ import torch  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from rl.cli.arguments.train import TrainArguments  # noqa: E402
+from rl.cli.train_seeds import train_seeds  # noqa: E402
 from rl.judging.selection import select  # noqa: E402
-from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log  # noqa: E402
+from rl.learning import checkpoint, config_file, run_dir, run_lock, run_log, seeds  # noqa: E402
 from rl.learning.display import TrainingDisplay  # noqa: E402
 from rl.learning.trainer import Trainer  # noqa: E402
 from symdyn.io.console import log_to, make_console, print_command  # noqa: E402
@@ -34,14 +35,16 @@ def run(args: TrainArguments) -> int:
         console.print(f"Wrote {args.write_settings}. To train with it:", soft_wrap=True)
         print_command(console, "symdyn", "train", "--settings", args.write_settings)
         return 0
+    train = _train if args.seeds is None else train_seeds
     if args.resume is not None:
-        return _train(args.resume, args, console)
+        several = (args.resume / seeds.FILE).is_file()
+        return (train_seeds if several else _train)(args.resume, args, console)
     if args.out is not None:
         run_dir.check_fresh(args.out)
-        return _train(args.out, args, console)
+        return train(args.out, args, console)
     reserved = run_dir.reserve(args.config.preset)
     try:
-        return _train(reserved, args, console)
+        return train(reserved, args, console)
     finally:
         with contextlib.suppress(OSError):
             reserved.rmdir()  # if it is still empty, the settings were refused

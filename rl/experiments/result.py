@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 
 from matplotlib.figure import Figure
 
-from rl.judging.simulate import Episode, Script, run_grouped
+from rl.judging.simulate import Build, Episode, Script, run_grouped
 from rl.judging.target import Target
+from rl.physics.model import build_model
 from rl.physics.terrain import Terrain
 from symdyn.policy.file import Policy
 
@@ -42,9 +43,11 @@ class Subject:
         """Whether the policy's leg phases run backwards with the robot."""
         return self.policy.metadata.time_reversal
 
-    def simulate(self, groups: Mapping[K, Sequence[Script]], terrain: Terrain | None = None) -> dict[K, list[Episode]]:
+    def simulate(
+        self, groups: Mapping[K, Sequence[Script]], terrain: Terrain | None = None, build: Build = build_model
+    ) -> dict[K, list[Episode]]:
         """Run groups of scripts with the policy: :func:`rl.judging.simulate.run_grouped`."""
-        return run_grouped(self.policy, groups, self.watch, terrain)
+        return run_grouped(self.policy, groups, self.watch, terrain, build)
 
 
 @dataclass(frozen=True)

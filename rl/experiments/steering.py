@@ -11,13 +11,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rl.experiments.result import Result, Subject, Target
+from rl.judging import summaries
 from rl.judging.simulate import Episode, Script, Segment
 from symdyn.analysis.metrics import summarise
 from symdyn.analysis.recording import Recording
 from symdyn.figures.plots import GAIT_STYLES
 from symdyn.gait.library import Gait
 from symdyn.policy.steering import HeadingHold
-from symdyn.robot.frames import projected_gravity, yaw
+from symdyn.robot.frames import projected_gravity
 
 TURN_SPEEDS, TURN_RATES = (0.0, 0.5, 1.0), (-1.0, -0.5, 0.5, 1.0)
 """m/s, rad/s."""
@@ -52,8 +53,12 @@ def run(subject: Subject) -> Result:
         }
 
     turns, sides = errors("turn", "yaw_error"), errors("side", "y_error")
-    held = {_label(name): _worst_heading(episodes) for name, episodes in found.items() if name[0] == "straight"}
-    alone = {_label(name): _worst_heading(episodes) for name, episodes in without.items()}
+    held = {
+        _label(name): max(map(summaries.turned_deg, episodes))
+        for name, episodes in found.items()
+        if name[0] == "straight"
+    }
+    alone = {_label(name): max(map(summaries.turned_deg, episodes)) for name, episodes in without.items()}
     drift = {_label(name): max(map(_drift, e)) for name, e in found.items() if name[0] == "stand"}
     jitter = {_label(name): _jitter(e, found["stand", *name[1:]]) for name, e in found.items() if name[0] == "jitter"}
     power = {name: value["power_ratio"] for name, value in jitter.items()}
@@ -134,16 +139,6 @@ def _steady(episode: Episode, key: str, reversal: bool) -> float:
     return summarise(episode.recording, episode.script.segments[0].gait.name, SETTLE_S, reversal)[key]
 
 
-def _heading(recording: Recording) -> np.ndarray:
-    """Heading since the start, degrees, unwrapped, (S,)."""
-    angle = np.unwrap(yaw(recording.base_quat_w))
-    return np.degrees(angle - angle[0])
-
-
-def _worst_heading(episodes: Sequence[Episode]) -> float:
-    return max(math.inf if e.fell_at is not None else abs(float(_heading(e.recording)[-1])) for e in episodes)
-
-
 def _drift(episode: Episode) -> float:
     position = episode.recording.base_pos_w[:, :2]
     return math.inf if episode.fell_at is not None else float(np.linalg.norm(position[-1] - position[0]))
@@ -193,7 +188,9 @@ def _heading_figure(by_mode: Mapping[str, Mapping[tuple, list[Episode]]], name: 
                 if key[0] == "straight" and key[2] == v:
                     recording = found[0].recording
                     color, style = GAIT_STYLES[key[1]]
-                    axes.plot(recording.time, _heading(recording), style, color=color, lw=1.2, label=key[1])
+                    axes.plot(
+                        recording.time, summaries.heading_deg(recording), style, color=color, lw=1.2, label=key[1]
+                    )
             axes.set_title(f"{mode}, {v:g} m/s", fontsize=10)
             axes.grid(alpha=0.3)
         row[0].set_ylabel("heading [degrees]")

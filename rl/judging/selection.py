@@ -15,8 +15,6 @@ from symdyn.io.files import write_json
 from symdyn.policy.file import Policy
 from symdyn.robot.definition import Robot
 
-FILE = "selection.json"
-
 _AVERAGED = 3
 
 
@@ -70,5 +68,5 @@ def select(
     best = min(found, key=lambda candidate: candidate.validation.cost)
     export_policy(run, run / run_dir.POLICY, best.checkpoints)
     table = {c.name: {**asdict(c.validation), "cost": c.validation.cost} for c in found}
-    write_json(run / FILE, {"chosen": best.name, "candidates": table})
+    write_json(run / run_dir.SELECTION, {"chosen": best.name, "candidates": table})
     return best

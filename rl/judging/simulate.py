@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TypeVar
 
+import mujoco
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -37,6 +38,9 @@ CONTACT_FORCE = 1.0
 _AT_ONCE = 96
 
 K = TypeVar("K")
+
+Build = Callable[[Robot, Terrain | None], mujoco.MjModel]
+"""Makes the model of a robot on a terrain, such as :func:`rl.physics.model.build_model`."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,7 @@ def run(
     scripts: Sequence[Script],
     on_progress: Callable[[int], None] | None = None,
     terrain: Terrain | None = None,
+    build: Build = build_model,
 ) -> list[Episode]:
     """Run every script; the results are in the order of the scripts and do not depend on how they are grouped.
 
@@ -104,11 +109,12 @@ def run(
         scripts: any number.
         on_progress: called with the number of scripts done.
         terrain: what the robots run on; a flat floor if None.
+        build: the model that they are.
     """
     order = sorted(range(len(scripts)), key=lambda i: scripts[i].duration)
     found: dict[int, Episode] = {}
     for group in _groups(order):
-        episodes = _run_together(policy, [scripts[i] for i in group], terrain)
+        episodes = _run_together(policy, [scripts[i] for i in group], terrain, build)
         found.update(zip(group, episodes, strict=True))
         if on_progress is not None:
             on_progress(len(found))
@@ -120,6 +126,7 @@ def run_grouped(
     groups: Mapping[K, Sequence[Script]],
     on_progress: Callable[[int, int], None] | None = None,
     terrain: Terrain | None = None,
+    build: Build = build_model,
 ) -> dict[K, list[Episode]]:
     """Run groups of scripts all together: the episodes of each group, in the order of its scripts.
 
@@ -128,10 +135,11 @@ def run_grouped(
         groups: of scripts.
         on_progress: called with the number of scripts done and that of all.
         terrain: as for :func:`run`.
+        build: as for :func:`run`.
     """
     scripts = [script for group in groups.values() for script in group]
     watch = None if on_progress is None else lambda done: on_progress(done, len(scripts))
-    episodes = iter(run(policy, scripts, watch, terrain))
+    episodes = iter(run(policy, scripts, watch, terrain, build))
     return {key: list(islice(episodes, len(group))) for key, group in groups.items()}
 
 
@@ -158,10 +166,10 @@ class _Commands:
                 self._next[i] += 1
 
 
-def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None) -> list[Episode]:
+def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None, build: Build) -> list[Episode]:
     robot = policy.robot
     n = len(scripts)
-    physics = BatchPhysics(build_model(robot, terrain), robot, n)
+    physics = BatchPhysics(build(robot, terrain), robot, n)
     physics.reset(np.arange(n), standing(scripts, robot, terrain))
     driver = PolicyDriver(policy, [np.random.default_rng(script.seed).random() for script in scripts])
     commands = _Commands(scripts, driver)

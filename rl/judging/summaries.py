@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rl.judging import protocols
 from rl.judging.paper_protocol import GAIT_SEQUENCE, SETTLE_S
 from rl.judging.simulate import Episode
 from symdyn.analysis import metrics
 from symdyn.analysis.footfall import cut_strides
+from symdyn.analysis.recording import Recording
+from symdyn.robot.frames import yaw
 
 EXTRA_KEYS: Mapping[str, str] = {
     "null": "no value: in at least one seed the speed did not settle, the robot did not move, or it fell too early",
@@ -105,3 +108,14 @@ def mean(summaries: Sequence[Mapping[str, float]]) -> dict[str, float]:
     if not summaries:
         return dict.fromkeys(metrics.KEYS, math.nan)
     return {key: float(np.mean([summary[key] for summary in summaries])) for key in summaries[0]}
+
+
+def heading_deg(recording: Recording) -> NDArray[np.float64]:
+    """Heading since the start, degrees, unwrapped, (S,)."""
+    angle = np.unwrap(yaw(recording.base_quat_w))
+    return np.degrees(angle - angle[0])
+
+
+def turned_deg(episode: Episode) -> float:
+    """By how much the robot has turned in the end, degrees, either way; without end if it fell."""
+    return math.inf if episode.fell_at is not None else abs(float(heading_deg(episode.recording)[-1]))

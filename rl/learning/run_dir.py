@@ -19,6 +19,7 @@ TIMING = "timing.json"
 ROBOT = "robot.json"
 ORIGIN = "origin.json"
 POLICY = "policy.onnx"
+SELECTION = "selection.json"
 
 STARTED_FROM = "started_from"
 """Key of origin.json."""

@@ -23,6 +23,7 @@ _FIRST = (
     "out",
     "resume",
     "start_from",
+    "seeds",
     "config.preset",
     "config.robot",
     "config.iterations",
@@ -39,7 +40,7 @@ _FIRST = (
     "config.candidates",
     "config.ppo.equivariant",
 )
-"""The twenty options that ``--help`` shows; ``--help-all`` shows all."""
+"""The options that ``--help`` shows; ``--help-all`` shows all."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,8 @@ class TrainArguments:
         start_from: run directory whose networks and optimiser this new run starts with. All other settings may differ.
             RUN/origin.json keeps the number of samples before.
         start_std: standard deviation of the action noise to start with instead of that run's.
+        seeds: train so many runs that differ in their seed, from --seed upwards, one for each processor at a time, and
+            report the spread of what they reach. --resume on their common directory continues all of them.
         config: settings.
     """
 
@@ -67,6 +70,7 @@ class TrainArguments:
     resume: Path | None = None
     start_from: Path | None = None
     start_std: float | None = None
+    seeds: int | None = None
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
 
 
@@ -110,7 +114,12 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
             raise InvalidValue(
                 "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
             )
-        others = (("--out", args.out), ("--start-from", args.start_from), ("--settings", args.settings))
+        others = (
+            ("--out", args.out),
+            ("--start-from", args.start_from),
+            ("--settings", args.settings),
+            ("--seeds", args.seeds),
+        )
         for flag, value in others:
             if value is not None:
                 raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")

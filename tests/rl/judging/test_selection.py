@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl.judging.selection import FILE, select
+from rl.judging.selection import select
 from rl.judging.validation import Validation
 from rl.learning import checkpoint, config_file, run_dir
 from rl.learning.export import export_policy
@@ -50,7 +50,7 @@ def test_the_candidate_with_the_least_cost_is_exported(run: Path, tmp_path: Path
     best = select(run, GO2, late=3, judge=close_to(wanted))
     assert list(best.checkpoints) == taken
     assert np.array_equal(Policy.load(run / run_dir.POLICY, GO2).act(OBS), wanted)
-    said = json.loads((run / FILE).read_text())
+    said = json.loads((run / run_dir.SELECTION).read_text())
     assert said["chosen"] == best.name
     assert len(said["candidates"]) == 4
     assert min(entry["cost"] for entry in said["candidates"].values()) == said["candidates"][best.name]["cost"]
