@@ -29,12 +29,28 @@ class GaitSampler:
         self.probability = torch.tensor(_probabilities(config), device=device)
 
     def draw(self, n: int, generator: torch.Generator) -> tuple[torch.Tensor, torch.Tensor]:
-        """n gaits: their index into ``config.gaits``, (n,) int64, and their noisy offsets, (n, 4) in [0, 1)."""
+        """n gaits: their index into ``config.gaits``, (n,) int64, and their noisy offsets, (n, 4) in [0, 1).
+
+        The index of a mixture is that of the gait it starts from.
+        """
         device = self.offsets.device
         index = torch.multinomial(self.probability, n, replacement=True, generator=generator)
         noise = torch.rand((n, self.offsets.shape[1]), generator=generator, device=device) * 2.0 - 1.0
         shared = torch.gather(noise, 1, self._groups[index])
-        return index, wrapped(self.offsets[index] + self.config.offset_noise * shared)
+        drawn = self.offsets[index] + self.config.offset_noise * shared
+        if self.config.mixture_share > 0.0:
+            drawn = torch.where(self._mixed(n, generator)[:, None], self._towards_another(drawn, generator), drawn)
+        return index, wrapped(drawn)
+
+    def _mixed(self, n: int, generator: torch.Generator) -> torch.Tensor:
+        return torch.rand(n, generator=generator, device=self.offsets.device) < self.config.mixture_share
+
+    def _towards_another(self, drawn: torch.Tensor, generator: torch.Generator) -> torch.Tensor:
+        """A random part of the way to another drawn gait, each leg the shorter way round the circle. (n, 4)."""
+        n, device = len(drawn), drawn.device
+        other = torch.multinomial(self.probability, n, replacement=True, generator=generator)
+        part = torch.rand((n, 1), generator=generator, device=device)
+        return drawn + part * (wrapped(self.offsets[other] - drawn + 0.5) - 0.5)
 
 
 def _probabilities(config: CommandConfig) -> list[float]:

@@ -24,6 +24,9 @@ class CommandConfig:
         offset_noise: half-width of the uniform noise on each offset, strides.
         noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
             False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
+        mixture_share: share of the commands that are mixtures: a random part of the way from one drawn gait to another
+            (:meth:`symdyn.gait.library.Gait.towards`). With single gaits alone a policy may learn nine patterns; with
+            mixtures each leg must follow its own clock.
         velocity_x: range of forward velocity, m/s.
         forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the
             range (paper). Forward running is learned later than backward running.
@@ -51,6 +54,7 @@ class CommandConfig:
     weights: tuple[float, ...] = ()
     offset_noise: float = 0.02
     noise_keeps_class: bool = False
+    mixture_share: float = 0.0
     velocity_x: tuple[float, float] = (-2.0, 2.0)
     forward_share: float | None = None
     velocity_y: tuple[float, float] = (0.0, 0.0)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 import torch
 from scipy.stats import binomtest, chisquare, kstest
@@ -14,7 +15,7 @@ from scipy.stats import binomtest, chisquare, kstest
 from rl.task.commands import Commands, GaitSampler
 from rl.task.settings import CommandConfig
 from symdyn.errors import InvalidValue, UnknownName
-from symdyn.gait.library import PAPER_GAITS, Gait, get
+from symdyn.gait.library import PAPER_GAITS, Gait, get, wrap
 from symdyn.gait.phase import leg_phase
 from symdyn.gait.symmetry import classify
 
@@ -106,6 +107,30 @@ def test_without_noise_the_offsets_are_the_librarys() -> None:
     index, offsets = draw(CommandConfig(offset_noise=0.0), 200)
     expected = torch.tensor([get(name).offsets for name in PAPER_GAITS])[index]
     assert torch.equal(offsets, expected)
+
+
+def test_every_mixture_lies_between_two_gaits_of_the_list() -> None:
+    _, offsets = draw(CommandConfig(offset_noise=0.0, mixture_share=1.0), 300)
+    parts = []
+    for row in offsets.double().numpy():
+        found = None
+        for a, b in product(PAPER_GAITS, repeat=2):
+            way, gone = wrap(get(b).theta - get(a).theta), wrap(row - get(a).theta)
+            part = float(way @ gone / (way @ way)) if way.any() else 0.0
+            if -1e-6 < part < 1.0 + 1e-6 and np.abs(wrap(gone - part * way)).max() < 1e-5:
+                found = part
+        assert found is not None, row
+        parts.append(found)
+    assert np.mean((np.array(parts) > 0.1) & (np.array(parts) < 0.9)) > 0.05
+
+
+def test_the_share_of_mixtures_is_that_of_the_settings() -> None:
+    gaits = CommandConfig(gaits=("trot", "bound"), offset_noise=0.0, mixture_share=0.4)
+    _, offsets = draw(gaits, 20_000)
+    pure = torch.tensor([get(name).offsets for name in gaits.gaits])
+    mixed = ~torch.isclose(offsets[:, None], pure).all(dim=2).any(dim=1)
+    # a mixture of a gait with itself is that gait
+    assert float(mixed.float().mean()) == pytest.approx(0.2, abs=0.02)
 
 
 def test_drawn_offsets_stay_below_one() -> None:
