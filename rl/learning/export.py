@@ -32,8 +32,11 @@ from symdyn.robot.definition import Robot
 from symdyn.robot.legs import JOINTS
 
 OPSET = 18
-TOLERANCE = 1e-5
-"""Largest difference between the file's actions and the network's, relative to the larger of 1 and the action."""
+TOLERANCE = 1e-4
+"""Largest difference between the file's actions and the network's, relative to the larger of 1 and the action.
+
+Float32 sums of a layer's products differ by up to 2e-5 with their order; a wrong network differs by far more.
+"""
 
 _TESTED = 256
 _ACTION_NOISE = ("distribution.log_std_param", "distribution.std_param")
