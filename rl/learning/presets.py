@@ -27,6 +27,7 @@ def _cpu() -> TrainConfig:
     commands = CommandConfig(
         gaits=tuple(LIBRARY),
         noise_keeps_class=True,
+        mixture_share=0.4,
         velocity_x=(-2.0, 2.0),
         velocity_y=(-0.4, 0.4),
         yaw_rate=(-1.0, 1.0),
@@ -73,7 +74,7 @@ _STAGES = (
     Stage(
         "keep time",
         samples=4e6,
-        ramp=3.5e6,
+        ramp=2.5e6,
         settings={
             "env.commands.steered": True,
             "env.commands.stand_share": 0.05,
@@ -91,22 +92,43 @@ _STAGES = (
             "env.rewards.x_velocity": 0.5,
             "env.rewards.x_rate": 2.5,
             "env.rewards.y_velocity": 0.4,
-            "env.rewards.yaw_velocity": 0.5,
+            # asymmetric gaits yaw within every stride: the mean over a second counts for more than the moment
+            "env.rewards.velocity_filter": 1.0,
             "env.rewards.yaw_rate": 4.0,
+            "env.rewards.heading": 0.2,
             "env.rewards.temporal": 0.45,
             "env.rewards.force_rate": 0.04,
             "env.rewards.foot_speed_rate": 2.0,
+            "ppo.entropy": 0.001,
         },
     ),
     Stage(
-        "all-round",
+        "tell gaits apart",
         samples=6e6,
-        ramp=5e6,
+        ramp=2e6,
         settings={
             "env.commands.velocity_first_s": [1.5, 5.0],
             "env.commands.velocity_again_s": [1.5, 5.0],
             "env.commands.gait_first_s": [1.5, 5.0],
             "env.commands.gait_again_s": [1.5, 5.0],
+            "env.rewards.x_velocity": 0.6,
+            "env.rewards.x_rate": 4.0,
+            "env.rewards.temporal": 0.6,
+            "env.rewards.force_rate": 0.08,
+            "env.rewards.kappa": 40.0,
+            "env.rewards.morphological": 0.3,
+            "env.rewards.pair_rate": 1.5,
+            "env.rewards.torque_change": 0.15,
+            "env.rewards.torque_rate": 0.015,
+            "env.rewards.softness": 0.5,
+            "env.rewards.heading": 0.4,
+            "ppo.entropy": 0.0005,
+        },
+    ),
+    Stage(
+        "all-round",
+        samples=8e6,
+        settings={
             "env.randomization.added_mass": [-3.0, 3.0],
             "env.randomization.mass_pos_b": [0.15, 0.05, 0.0],
             "env.randomization.com_shift_b": [0.03, 0.02, 0.02],
@@ -118,44 +140,22 @@ _STAGES = (
             "env.randomization.slope": math.radians(8.0),
             "env.randomization.push": [-0.5, 0.5],
             "env.randomization.push_interval_s": [4.0, 8.0],
-            "env.rewards.x_velocity": 0.6,
-            "env.rewards.x_rate": 4.0,
-            "env.rewards.temporal": 0.6,
-            "env.rewards.force_rate": 0.08,
-            "env.rewards.kappa": 40.0,
-            "env.rewards.morphological": 0.3,
-            "env.rewards.pair_rate": 1.5,
-            "env.rewards.torque_change": 0.15,
-            "env.rewards.torque_rate": 0.015,
-            "env.rewards.softness": 0.5,
-            "env.rewards.heading": 0.2,
-            "ppo.entropy": 0.0005,
+            "ppo.entropy": 0.0,
         },
     ),
     Stage(
         "harden",
-        samples=2.5e6,
-        ramp=1e6,
+        samples=4e6,
         settings={
             **{f"engine.{name}": value for name, value in plain(ENGINES["accurate"]).items()},
-            "env.rewards.x_velocity": 0.8,
-            "env.rewards.x_rate": 5.0,
-            "env.rewards.temporal": 0.8,
-            # a foot that touches in its swing costs almost what one that stands there does
-            "env.rewards.force_rate": 0.3,
-            "env.rewards.foot_speed_rate": 3.0,
-            "env.rewards.morphological": 0.5,
-            "env.rewards.pair_rate": 0.6,  # diagonal legs of a trot differ by 1 to 2 rad in sum
-            "env.rewards.torque_change": 0.15,
             "env.rewards.joint_speed": 0.3,
             "ppo.epochs": 3,
-            "ppo.entropy": 0.0,
         },
     ),
 )
 """Of the default run. First standing costs more than stumbling. Then the reward insists on the clock, while the action
-noise is still wide. Then the robots differ from the model, and the noise shrinks. Last, in the physics of the
-evaluation, timing is made exact."""
+noise is still wide. Then it tells gaits apart that differ by an eighth of a stride, while robots are still alike. Then
+robots differ from the model. Last, all of it in the physics of the evaluation."""
 
 
 def _smoke() -> TrainConfig:
