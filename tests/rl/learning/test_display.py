@@ -32,12 +32,12 @@ def shown(width: int, terminal: bool, record: dict, config) -> list[str]:
     return stream.getvalue().splitlines()
 
 
-@pytest.mark.parametrize("stage", range(4))
+@pytest.mark.parametrize("stage", range(len(preset("cpu").stages)))
 def test_on_a_terminal_of_80_columns_everything_is_there(stage: int) -> None:
     config = preset("cpu")
     lines = shown(80, True, {**RECORD, "stage": stage}, config)
     text = "\n".join(lines)
-    for word in (*WORDS, f"stage {stage + 1}/4 {config.stages[stage].name}"):
+    for word in (*WORDS, f"stage {stage + 1}/{len(config.stages)} {config.stages[stage].name}"):
         assert word in text
     assert "…" not in text
 
@@ -45,7 +45,7 @@ def test_on_a_terminal_of_80_columns_everything_is_there(stage: int) -> None:
 def test_in_a_file_it_is_one_plain_line() -> None:
     (line,) = shown(80, False, RECORD, preset("cpu"))
     assert "\x1b" not in line
-    for word in (*WORDS, "stage 1/4 move, until task/x_velocity_error <= 0.45"):
+    for word in (*WORDS, f"stage 1/{len(preset('cpu').stages)} move, until task/x_velocity_error <= 0.45"):
         assert word in line
 
 
