@@ -36,8 +36,8 @@ _TRUTH_GAP_S = 0.1
 
 _UNIT = 0.02  # by which the length of a quaternion may differ from 1
 
-_INTRODUCTION = """What LCM tells of the robot is shown; nothing is sent to it. Drag in the picture to turn it, scroll
-to come nearer."""
+_INTRODUCTION = """This page shows what the robot reports over LCM. It sends nothing. Drag to rotate the view, scroll to
+zoom."""
 
 
 def run(args: PlayArguments) -> int:
@@ -90,7 +90,7 @@ def _watched(args: PlayArguments, console: Console) -> Iterator[Page]:
     lcm_url, robot = str(args.robot_sim), get_robot(args.robot or DEFAULT_ROBOT)
     watched = Watched(
         f"{robot.name.capitalize()} on LCM",
-        f"Nothing comes from {lcm_url}: is symdyn robot-sim, or the bridge of a robot, running there?",
+        f"No messages arrive at {lcm_url}. Is symdyn robot-sim, or a robot's bridge, running there?",
     )
     try:
         listening = _listen(lcm_url, robot, watched)
@@ -155,6 +155,9 @@ def _listen(lcm_url: str, robot: Robot, watched: Watched) -> AbstractContextMana
 def _tell_address(console: Console, host: str, port: int) -> None:
     console.print(f"Open {url(host, port)} in a browser. Ctrl-C ends.", soft_wrap=True)
     if not is_loopback(host):
-        console.print(f"Whoever reaches port {port} of this computer can see the page and use it.", style="yellow")
+        console.print(f"Anyone who can reach port {port} of this computer can see and use the page.", style="yellow")
     elif "SSH_CONNECTION" in os.environ:
-        console.print(f"Elsewhere: ssh -L {port}:{host}:{port} to this computer, then the same.", soft_wrap=True)
+        console.print(
+            f"From another computer: ssh -L {port}:{host}:{port} to this one, then open the same address there.",
+            soft_wrap=True,
+        )

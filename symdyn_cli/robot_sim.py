@@ -63,7 +63,7 @@ def run(args: RobotSimArguments) -> int:
         fault = PlannedFault(args.fault, args.fault_at, args.fault_since, args.fault_for, args.fault_size)
         only = get_fault(args.fault).only
         if only not in (None, "dds" if args.dds else "lcm"):
-            needed = "given with --dds" if only == "dds" else "another one: with --dds there is no bridge in the robot"
+            needed = "given with --dds" if only == "dds" else "another fault: --dds has no bridge"
             raise InvalidValue("--fault", args.fault, needed)
     if args.out is not None:
         writable_directory(args.out.parent)
@@ -99,7 +99,8 @@ def _dds_end(args: RobotSimArguments, url: str) -> End:
         from hardware.robot_sim.dds_end import DdsEnd
     except ModuleNotFoundError as error:
         raise ResourceProblem(
-            f"--dds needs {error.name!r}, which is not installed: pip install 'symdyn-gaits[bridge]'."
+            f"--dds needs {error.name!r}, which is not installed. In a checkout of symdyn: "
+            "pip install -c constraints.txt -e '.[bridge]' (docs/install.md)."
         ) from error
     return DdsEnd(Node(args.interface, args.domain), args.motion_service, Link(url, []))
 
@@ -140,11 +141,11 @@ def _tell(console: Console, session: Session) -> None:
     rig, pace = session.rig, session.pace
     monitor = rig.monitor
     fell = "did not fall" if rig.fell_at is None else f"fell at {rig.fell_at:.1f} s"
-    told = "It was told nothing."
+    told = "It received no targets."
     if monitor.count:
         told = (
-            f"{monitor.count} targets came, the longest gap {1e3 * monitor.longest_gap:.0f} ms; "
-            f"{monitor.torque_excesses} of them beyond the motors' torque."
+            f"It received {monitor.count} targets, with a longest gap of {1e3 * monitor.longest_gap:.0f} ms; "
+            f"{monitor.torque_excesses} of them asked for more than the motors' torque."
         )
     console.print(f"The robot {fell}; it tilted by at most {rig.max_tilt:.2f} rad. {told}")
     if rig.fault_began is not None:
@@ -152,5 +153,5 @@ def _tell(console: Console, session: Session) -> None:
         told = "no damping came" if answer is None else f"damping came {1e3 * (answer - rig.fault_began):.0f} ms later"
         console.print(f"After the fault began, {told}.")
     console.print(
-        f"{pace.periods} periods of 2 ms, {pace.late} of them late and left out; {pace.cpu_share:.0%} of a processor."
+        f"{pace.periods} periods of 2 ms, {pace.late} of them late and skipped; {pace.cpu_share:.0%} of a processor."
     )

@@ -30,7 +30,7 @@ from hardware.wire.link import Link
 from hardware.wire.messages import pd_tau_targets_lcmt
 from symdyn.errors import ResourceProblem
 
-STOP_REQUESTED = "somebody ended the bridge"
+STOP_REQUESTED = "Ctrl-C or SIGTERM"
 _POLL_S = 0.02
 _KEPT = 64
 _REMEMBERED = 1000
@@ -200,7 +200,7 @@ class Bridge:
         elif not self._guard.alive:
             self._fail("the guard process is gone")
         elif self._link.failure is not None or self._dds_failure is not None:
-            self._fail(f"a thread that receives has ended ({self._link.failure or self._dds_failure})")
+            self._fail(f"a receiving thread has ended ({self._link.failure or self._dds_failure})")
         elif self._signals:
             with self._writing:
                 self.relay.latch(STOP_REQUESTED)
@@ -213,7 +213,7 @@ class Bridge:
             self.fault = why
             with self._writing:
                 self.relay.latch(why)
-            _log.error("The motors are damped for good: %s.", why)
+            _log.error("The motors stay damped until the bridge is restarted: %s.", why)
 
     def _on_targets(self, channel: str, data: bytes, arrival: float, number: int) -> None:
         if not self._open:
@@ -243,7 +243,7 @@ class Bridge:
                     self._pass_on(sample.data, clock.now())
         except Exception as error:
             self._dds_failure = error
-            _log.exception("The thread that hears the robot has ended")
+            _log.exception("The thread that receives the robot's state has ended")
 
     def _pass_on(self, data: bytes, arrival: float) -> None:
         state = self._decoded(data)
@@ -267,7 +267,7 @@ class Bridge:
             why = str(error)
         self._wrong += 1
         if self._wrong == 1:
-            _log.warning("A LowState is not passed on: %s. Nor are its like.", why)
+            _log.warning("A LowState was not passed on: %s. Later ones are counted, not reported.", why)
         return None
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:

@@ -52,7 +52,7 @@ def await_listener(commands: Writer) -> None:
             return
         time.sleep(_POLL_S)
     raise ResourceProblem(
-        f"The robot says how it is, but nobody takes commands on {LOW_CMD}: is its low-level control open (Go2 EDU)?"
+        f"The robot publishes its state, but nothing reads commands on {LOW_CMD}. Is low-level control open (Go2 EDU)?"
     )
 
 
@@ -70,7 +70,7 @@ def refuse_other_writers(node: Node, commands: Reader) -> None:
     if taken:
         who = who_wrote(node, commands.writer(taken[-1].handle))
         raise ResourceProblem(
-            f"Another program commands the motors on {LOW_CMD}: {who}. End it first: two controllers fight."
+            f"Another program commands the motors on {LOW_CMD}: {who}. End it first: two controllers would fight."
         )
     for one in node.publishers(LOW_CMD):
         if one.key not in node.own_writers:
@@ -84,9 +84,11 @@ def refuse_other_bridge(url: str) -> None:
     time.sleep(_LISTEN_S)
     link.close()
     if link.latest(JOINTS) is not None:
-        raise ResourceProblem(f"Another bridge, or symdyn robot-sim, speaks at {url}. End it, or name another --url.")
+        raise ResourceProblem(
+            f"Another bridge or a symdyn robot-sim already publishes at {url}. End it, or choose another --url."
+        )
     if link.latest(TARGETS) is not None:
-        raise ResourceProblem(f"A deployer sends targets at {url} already. End it: the bridge comes first.")
+        raise ResourceProblem(f"A deployer already sends targets at {url}. End it, and start the bridge first.")
 
 
 def who_wrote(node: Node, key: UUID | None) -> str:
@@ -98,7 +100,7 @@ def _one_robot(node: Node) -> None:
     robots = node.publishers(LOW_STATE)
     if len(robots) > 1:
         raise ResourceProblem(
-            f"{len(robots)} programs speak as a robot on {LOW_STATE}: {_listed(robots)}. End all but one, or name "
+            f"{len(robots)} programs publish as a robot on {LOW_STATE}: {_listed(robots)}. End all but one, or name "
             "another --interface or --domain."
         )
 

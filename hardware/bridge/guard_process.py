@@ -33,8 +33,8 @@ class GuardProcess:
         if len(ready) != 2 or ready[0] != "ready":
             self._child.kill()
             raise ResourceProblem(
-                "The guard, which damps the robot if the bridge dies, does not start or finds nobody that takes "
-                "commands; see its message above, if there is one."
+                "The guard, which damps the robot if the bridge dies, did not start or found no reader of its "
+                "commands. See its message above, if there is one."
             )
         self.key = UUID(ready[1])
 

@@ -89,7 +89,7 @@ class Relay:
 
     def _notice_stall(self, now: float) -> None:
         if self.armed and now - self._wrote_at > STALL_S:
-            self.latch(f"the bridge itself stood still for {1e3 * (now - self._wrote_at):.0f} ms")
+            self.latch(f"the bridge itself stalled for {1e3 * (now - self._wrote_at):.0f} ms")
 
     def _damp(self, state: State, why: str) -> None:
         self.state, self.why = state, why

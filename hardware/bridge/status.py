@@ -15,8 +15,8 @@ _COLOURS = {State.WAITING: "cyan", State.FORWARDING: "green", State.SILENCE: "ye
 _TOLD = {
     State.WAITING: "waiting for the first targets; nothing is sent",
     State.FORWARDING: "forwarding",
-    State.SILENCE: "damping, until targets come whose gains begin low",
-    State.LATCHED: "damping for good; Ctrl-C ends it, then start the bridge anew",
+    State.SILENCE: "damping until targets with low initial gains arrive",
+    State.LATCHED: "damping until restart: press Ctrl-C, then start the bridge again",
 }
 
 

@@ -29,7 +29,7 @@ def run(args: ReplayArguments) -> int:
     with progress(console, "replaying") as report_progress:
         found = replay(reader, session, policy, report_progress)
     if not found.ticks:
-        raise FileProblem(args.log, "cannot be replayed: it holds no tick.")
+        raise FileProblem(args.log, "cannot be replayed: it contains no ticks.")
     _tell(console, found, session)
     return DIFFERENT if found.different else 0
 
@@ -43,7 +43,7 @@ def _tell(console: Console, found: Replay, session: Session) -> None:
         return
     first = found.first
     fields = ", ".join(f"{name} in {count}" for name, count in found.fields.items())
-    console.print(f"{compared}: {found.different} ticks came out otherwise ({fields}).", style="red")
+    console.print(f"{compared}: {found.different} ticks differ ({fields}).", style="red")
     console.print(f"The first is tick {first.tick}, {first.time:.3f} s into the log. Its {first.what} was")
     console.print(f"  {first.logged!r}, and is now\n  {first.replayed!r}.", markup=False)
     console.print(

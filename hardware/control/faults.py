@@ -29,40 +29,40 @@ FAULTS: dict[str, FaultKind] = {
         FaultKind(
             "stop_requested",
             "SIGINT (Ctrl-C) or SIGTERM",
-            "somebody ended the deployer",
-            "once more, or L1, ends the damping",
+            "the operator ended the deployer",
+            "press Ctrl-C again, or L1, to end the damping",
         ),
         FaultKind(
             "emergency_stop", "a stop button of the joystick is held", "the operator stopped the robot", "L1, then R1"
         ),
         FaultKind(
             "receiver_dead",
-            "the thread that receives has ended",
+            "the receiving thread has ended",
             "a defect or a lost network interface",
-            "see the log on the terminal; start the deployer anew",
+            "read the messages on the terminal; restart the deployer",
         ),
         FaultKind(
             "no_joint_state",
             "no message on leg_control_data for {stale_s} s",
-            "bridge, cable or network are down",
+            "the bridge, the cable or the network is down",
             "check cable and bridge: docs/robot.md, 'Network'",
         ),
         FaultKind(
             "no_imu_state",
             "no message on state_estimator_data for {stale_s} s",
-            "bridge, cable or network are down",
+            "the bridge, the cable or the network is down",
             "check cable and bridge: docs/robot.md, 'Network'",
         ),
         FaultKind(
             "frozen_state",
-            "messages arrive, but not one number of joints and IMU changes for {frozen_s} s",
-            "the bridge lives, the robot behind it does not",
+            "messages arrive, but no number of joints and IMU changes for {frozen_s} s",
+            "the bridge runs, but gets no new data from the robot",
             "restart the bridge; check its link to the robot",
         ),
         FaultKind(
             "no_joystick",
             "no message on rc_command for {joystick_s} s",
-            "controller off, out of range, or bridge down",
+            "the remote control is off or out of range, or the bridge is down",
             "charge it, come closer",
         ),
         FaultKind(
@@ -73,11 +73,16 @@ FAULTS: dict[str, FaultKind] = {
         ),
         FaultKind(
             "quaternion",
-            "length of the quaternion off 1 by more than {quaternion_tolerance}",
-            "the bridge has not heard of the robot yet (length 0), or sends another order",
+            "length of the quaternion differs from 1 by more than {quaternion_tolerance}",
+            "the bridge has no data from the robot yet (length 0), or sends another order",
             "wait; check the bridge",
         ),
-        FaultKind("tilt", "trunk tilted by more than {tilt} rad", "the robot falls", "put it down flat and stand anew"),
+        FaultKind(
+            "tilt",
+            "trunk tilted by more than {tilt} rad",
+            "the robot falls",
+            "put it down flat, then stand up again",
+        ),
         FaultKind(
             "joint_position",
             "a joint further than {position_margin} rad beyond its range (URDF)",
@@ -98,28 +103,28 @@ FAULTS: dict[str, FaultKind] = {
         ),
         FaultKind(
             "joint_order",
-            "wiggled at stand by {wiggle} rad, a joint answers less than {wiggle_answer} of it, or another more",
+            "a joint moved by {wiggle} rad at stand follows by less than {wiggle_answer} of it, or another one moves",
             "joints are permuted, a sign is flipped, or a motor does not answer",
-            "which joint is in the message; check order and signs of the bridge",
+            "the message names the joint; check order and signs of the bridge",
         ),
         FaultKind(
             "leg_order",
-            "while knees are moved at stand, another order of the legs explains how the trunk tilts better than theirs,"
+            "while the knees are moved at stand, another order of the legs explains the tilt of the trunk better,"
             " and at least {tilt_explained} of it",
-            "legs are exchanged in state and commands alike, or the IMU's axes or quaternion are others",
-            "which legs is in the message; move them and tilt the trunk by hand in Passive, check the bridge",
+            "legs are exchanged in both state and commands, or the IMU has other axes or an inverse quaternion",
+            "the message names the legs; move them and tilt the trunk by hand in Passive, check the bridge",
         ),
         FaultKind(
             "not_standing",
             "at the end of Stand a joint is off by more than {stand_error} rad",
             "the robot is blocked, carried or too heavy",
-            "clear its legs and stand anew",
+            "clear its legs, then stand up again",
         ),
         FaultKind(
             "policy_failed",
             "the policy raises an error, or gives actions that are not finite",
             "a damaged file or memory",
-            "symdyn evaluate the file; copy it anew",
+            "check the file with symdyn evaluate; copy it again",
         ),
         FaultKind(
             "overrun",
@@ -142,8 +147,8 @@ FAULTS: dict[str, FaultKind] = {
         FaultKind(
             "watchdog",
             "the watchdog has taken over, or has died",
-            "the deployer hung for a while, or its guard was killed",
-            "start the deployer anew",
+            "the deployer hung for a while, or the watchdog was killed",
+            "restart the deployer",
         ),
         FaultKind(
             "internal_error",

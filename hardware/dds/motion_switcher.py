@@ -37,7 +37,7 @@ _NOTHING: Any = ()
 _ANSWER_S = 1.0
 _TRIES = 5
 _POLL_S = 0.02
-_KEEP = "A simulator may have no motion service: --keep-service leaves this step out."
+_KEEP = "A simulator may have no motion service: --keep-service skips this step."
 
 
 class MotionSwitcher:
@@ -96,7 +96,7 @@ class MotionSwitcher:
                     )
                 return response.data
         raise ResourceProblem(
-            f"The robot's motion switcher gives no answer on {REQUESTS}, so that nobody knows whether its own "
+            f"The robot's motion switcher gives no answer on {REQUESTS}, so it is unknown whether the robot's own "
             f"controller is off. {_KEEP}"
         )
 

@@ -18,6 +18,6 @@ def check_version() -> None:
         raise ResourceProblem(f"cyclonedds is not installed: {wanted}.") from None
     if found not in TESTED:
         raise ResourceProblem(
-            f"cyclonedds {found} was not tested on this wire, and a wrong one can crash programs of the robot. In an "
-            f"environment without Unitree's SDK, which needs an old one: {wanted}."
+            f"cyclonedds {found} was not tested with the robot, and a wrong version can crash the robot's programs. In "
+            f"an environment without Unitree's SDK, which needs an old version: {wanted}."
         )

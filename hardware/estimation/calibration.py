@@ -114,12 +114,12 @@ class FootCalibration:
         """Read :meth:`save`'s file. Raises FileProblem if it is missing or anything else."""
         data = read_json(path)
         if not isinstance(data, dict) or data.get("format_version") != FORMAT_VERSION:
-            raise FileProblem(path, f"is no calibration of feet of format_version {FORMAT_VERSION}.")
+            raise FileProblem(path, f"is not a foot calibration with format_version {FORMAT_VERSION}.")
         feet, samples, source = data.get("feet"), data.get("samples"), data.get("source")
         if not isinstance(feet, dict) or set(feet) != set(LEGS):
             raise FileProblem(path, f"must have the feet {', '.join(LEGS)}, each once.")
         if type(samples) is not int or not isinstance(source, str):
-            raise FileProblem(path, "does not say how many samples of what source it rests on.")
+            raise FileProblem(path, "lacks the number of samples or their source.")
         lh, lf, rf, rh = (_read_foot(feet[leg], leg, path) for leg in LEGS)
         return cls((lh, lf, rf, rh), samples, source)
 
@@ -127,7 +127,7 @@ class FootCalibration:
 def _read_foot(data: Any, leg: str, path: Path) -> FootSensor:
     names = list(FootSensor.__dataclass_fields__)
     if not isinstance(data, dict) or set(data) != set(names):
-        raise FileProblem(path, f"must say of foot {leg}: {', '.join(names)}, and nothing else.")
+        raise FileProblem(path, f"must give foot {leg} the keys {', '.join(names)}, and no others.")
     for name, value in data.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise FileProblem(path, f"has {value!r} for {name} of foot {leg}, which must be a finite number.")
@@ -161,7 +161,7 @@ def calibrate(raw: Floats, source: str) -> FootCalibration:
 def _calibrate_foot(raw: Floats, leg: str) -> FootSensor:
     if raw.min() == raw.max():
         raise NoTwoModes(
-            f"Foot {leg} always shows {raw[0]:g}: its sensor is dead, or the bridge had not heard of the robot. "
+            f"Foot {leg} always shows {raw[0]:g}: its sensor is dead, or the bridge had no data from the robot. "
             "Without it: --contact.source torque."
         )
     whole = _Heaps.of(raw, otsu(raw))
@@ -172,7 +172,7 @@ def _calibrate_foot(raw: Floats, leg: str) -> FootSensor:
         heaps = _Heaps.of(raw, deeper.cut) if deeper.apart else heaps
         deeper = _Heaps.of(raw, deeper.cut).of_light()
     if heaps is None:
-        raise NoTwoModes(f"The forces of foot {leg} do not part into swing and stance ({whole}). {_WHAT_TO_DO}")
+        raise NoTwoModes(f"The forces of foot {leg} do not separate into swing and stance ({whole}). {_WHAT_TO_DO}")
     swing, stance = heaps.swing, heaps.stance
     clear = (swing + _CLEAR_OF_SWING * heaps.deviation) / ContactConfig().release
     threshold = max(swing + _ON_THE_WAY * (stance - swing), clear, _LOWEST)

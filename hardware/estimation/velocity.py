@@ -66,7 +66,7 @@ _HIGHEST = {
 _BOUNDS = np.repeat([bound for _, bound in _HIGHEST.values()], [size for size, _ in _HIGHEST.values()])
 
 _QUATERNION_TOLERANCE = 0.05
-"""Of the square's difference from 1; the bridge sends zeros before it has heard of the robot."""
+"""Of the square's difference from 1; the bridge sends zeros before it has data from the robot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ class VelocityEstimator:
         """
         problem = _problem(dt, imu, joints)
         if problem is None and self._begun and self._gap + dt > self._config.longest_gap:
-            _log.warning("The velocity estimate begins anew after %.2f s without good input.", self._gap + dt)
+            _log.warning("The velocity estimate restarts after %.2f s without valid input.", self._gap + dt)
             self.reset()
         if problem is not None:
             return self._pass_over(problem, dt)
@@ -157,7 +157,7 @@ class VelocityEstimator:
         self._move_feet(dt, stance, trust, legs)
         self._correct(dt, trust, legs)
         if not (np.abs(self._state[:, _VEL]) < _HIGHEST_SPEED).all():  # nor nan
-            _log.warning("The velocity estimate left %g m/s and begins anew.", _HIGHEST_SPEED)
+            _log.warning("The velocity estimate exceeded %g m/s and restarts.", _HIGHEST_SPEED)
             self.reset()
             return self._last
         self._last = self._estimate(imu, legs, trust)
@@ -165,7 +165,7 @@ class VelocityEstimator:
 
     def _pass_over(self, problem: str, dt: float) -> Estimate:
         if not self._warned:
-            _log.warning("The velocity estimate passes over its input, now and whenever it is like this: %s.", problem)
+            _log.warning("The velocity estimate ignores invalid input: %s. This is reported once.", problem)
         self._warned = True
         if math.isfinite(dt):
             self._gap += max(dt, 0.0)

@@ -239,5 +239,5 @@ def _message(event: LoggedEvent, spoilt: dict[str, str]) -> Any:
     try:
         return event.message()
     except WrongMessage as error:
-        spoilt.setdefault(event.channel, f"{error} It and its like are left out.")
+        spoilt.setdefault(event.channel, f"{error} Such messages are left out.")
         return None

@@ -114,7 +114,7 @@ def policy_of(session: Session, path: Path | None, origin: Path, robot: Robot | 
     found = sha256(path)
     if found != session.policy_sha256:
         raise PolicyMismatch(
-            f"{path}: is another policy than the one that {origin.name} was made with, {session.policy}: SHA-256 "
+            f"{path}: is not the policy that {origin.name} was made with, {session.policy}: its SHA-256 is "
             f"{found[:12]}..., not {session.policy_sha256[:12]}...."
         )
     return Policy.load(path, robot)
@@ -200,7 +200,7 @@ def _moments(reader: LogReader, session: Session, found: Replay) -> Iterator[_Mo
             inputs = Inputs(received[JOINTS], received[IMU], received[JOYSTICK], Request(tick.requests))
             yield _Moment(at.time, tick, inputs, sent.pop(tick.targets_number, None))
     if waiting:
-        found.problems.append(f"The last {len(waiting)} ticks went by messages that are not in the log.")
+        found.problems.append(f"The last {len(waiting)} ticks used messages that are not in the log.")
 
 
 def _numbers(tick: controller_tick_lcmt) -> dict[str, int]:

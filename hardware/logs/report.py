@@ -60,7 +60,7 @@ def analyse(log: LogContents, robot: Robot, settle_s: float, contact: ContactCon
         FileProblem, ResourceProblem: if the log is of another robot, or the robot's URDF is missing.
     """
     if log.session is not None and log.session.robot != robot.name:
-        raise FileProblem(log.path, f"is of the robot {log.session.robot!r}, not of {robot.name!r}.")
+        raise FileProblem(log.path, f"is a log of the robot {log.session.robot!r}, not of {robot.name!r}.")
     kinematics = LegKinematics(robot)
     found = runs(log, kinematics.mass)
     observed = log_observed.observe(log, kinematics, contact) if log.ticks is None else None

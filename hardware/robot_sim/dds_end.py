@@ -64,7 +64,7 @@ class DdsEnd:
         for one in self._node.publishers(LOW_STATE):
             if one.key not in self._node.own_writers:
                 raise ResourceProblem(
-                    f"Another robot already speaks on DDS domain {self._node.domain}: {one.where}. End it, or name "
+                    f"Another robot already publishes on DDS domain {self._node.domain}: {one.where}. End it, or name "
                     "another --domain."
                 )
         self._take, self._damaged = take, damaged
@@ -110,7 +110,7 @@ class DdsEnd:
                 self._switcher.answer()
         except Exception as error:
             self.failure = error
-            _log.exception("The thread that receives has ended")
+            _log.exception("The receiving thread has ended")
 
     def _obey(self, sample: Sample) -> None:
         try:
@@ -133,4 +133,4 @@ class DdsEnd:
     def _refuse(self, why: str) -> None:
         self.refused += 1
         if self.refused == 1:
-            _log.warning("%s It and its like are not obeyed.", why)
+            _log.warning("%s Such commands are ignored; this is reported once.", why)

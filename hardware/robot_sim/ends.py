@@ -97,7 +97,8 @@ class LcmEnd:
         heard.close()
         if busy := [channel for channel in (JOINTS, IMU) if heard.latest(channel) is not None]:
             raise ResourceProblem(
-                f"Another robot already publishes {', '.join(busy)} at {self._link.url}. End it, or name another --url."
+                f"Another robot already publishes {', '.join(busy)} at {self._link.url}. "
+                "End it, or choose another --url."
             )
 
     def _receive(self, channel: str, data: bytes, arrival: float, number: int) -> None:

@@ -118,7 +118,7 @@ class Rig:
         self.monitor.received(now, message)
         mode = self.monitor.mode
         if mode != before:
-            _log.info("%7.2f s: the robot is told to be %s", self.robot.time, mode)
+            _log.info("%7.2f s: the targets ask for %s", self.robot.time, mode)
             self._time_fault(mode)
         began = self.fault_began
         if mode == "damping" and began is not None and now >= began and self.damping_after_fault is None:

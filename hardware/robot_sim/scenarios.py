@@ -84,7 +84,7 @@ SCENARIOS: dict[str, Scenario] = {
         _GAITS,
     ),
     "unitree": Scenario(
-        "six gaits, slippery floor, joint friction, numb feet",
+        "six gaits, slippery floor, joint friction, feet that sense nothing",
         _GAITS,
         UNITREE,
     ),

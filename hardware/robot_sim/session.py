@@ -98,7 +98,7 @@ class Session:
                 deadline = self._wait(deadline)
                 self._period(deadline)
                 if self._end.failure is not None:
-                    raise ResourceProblem(f"The thread that receives has failed: {self._end.failure}.")
+                    raise ResourceProblem(f"The receiving thread has failed: {self._end.failure}.")
         finally:
             pace.cpu = time.process_time() - cpu
             pace.wall = time.monotonic() - pace.began

@@ -149,7 +149,7 @@ class Deployer:
         time.sleep(LISTEN_S)
         if self._others & Request.SECOND_DEPLOYER:
             raise ResourceProblem(
-                f"Another deployer sends targets on {TARGETS} at {self.options.url}. End it, or name another --url."
+                f"Another deployer sends targets on {TARGETS} at {self.options.url}. End it, or choose another --url."
             )
 
     def _prepare(self) -> None:
@@ -240,7 +240,7 @@ class _Guard:
         self._child = Child("hardware.running.watchdog", arguments)
         if self._child.ready != ["ready"]:
             self._child.kill()
-            raise ResourceProblem("The watchdog process does not start; see its message above.")
+            raise ResourceProblem("The watchdog process did not start; see its message above.")
 
     @property
     def alive(self) -> bool:
@@ -258,4 +258,4 @@ class _Guard:
 
     def _say(self, words: str) -> None:
         if not self._child.say(words):
-            _log.warning("The watchdog cannot be told %r: it is gone or does not listen.", words)
+            _log.warning("The watchdog did not get the message %r: it has ended or does not read.", words)

@@ -28,7 +28,7 @@ from symdyn.io.plain_characters import use_plain_characters
 
 _PERIOD = 0.2
 _PATIENCE_S = 2.0
-_ENDED = "symdyn: the display has ended; control goes on. Messages appear below; Ctrl-C damps the robot.\n"
+_ENDED = "symdyn: the display has ended, but control continues. Messages appear below; Ctrl-C damps the robot.\n"
 
 
 class Display:

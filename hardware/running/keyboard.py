@@ -89,7 +89,7 @@ class Keyboard:
 
     def __init__(self, link: Link, config: JoystickConfig) -> None:
         if not sys.stdin.isatty():
-            raise ResourceProblem("--keyboard needs a terminal, but standard input is none.")
+            raise ResourceProblem("--keyboard needs a terminal, but standard input is not a terminal.")
         self._link = link
         self._joystick = KeyboardJoystick(config)
         self._descriptor = sys.stdin.fileno()
@@ -119,4 +119,4 @@ class Keyboard:
                     self._joystick.press(key, time.monotonic())
                 self._link.take(JOYSTICK, self._joystick.message(time.monotonic()).encode())
         except Exception:
-            _log.exception("The keyboard is lost")
+            _log.exception("The keyboard cannot be read any more")

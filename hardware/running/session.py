@@ -56,9 +56,9 @@ class Session:
             data: Any = json.loads(message.json)
             version = data.pop("format_version")
         except (ValueError, KeyError, AttributeError) as error:
-            raise FileProblem(origin, f"has a head that cannot be read ({error}).") from error
+            raise FileProblem(origin, f"has a header that cannot be read ({error}).") from error
         if version != FORMAT_VERSION:
-            raise FileProblem(origin, f"has a head of format_version {version!r}, not {FORMAT_VERSION}.")
+            raise FileProblem(origin, f"has a header with format_version {version!r}, not {FORMAT_VERSION}.")
         return rebuild(cls, data, origin)
 
 

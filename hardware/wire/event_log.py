@@ -137,7 +137,7 @@ class LogWriter:
 
     def _fail(self, why: str) -> None:
         if self.failure is None:
-            self.failure = FileProblem(self.path, f"the log ends here, while control goes on: {why}.")
+            self.failure = FileProblem(self.path, f"the log ends here, but control continues: {why}.")
             self._waiting.clear()
             _log.error("%s", self.failure)
 
@@ -147,14 +147,14 @@ def _open_for_writing(path: Path, overwrite: bool) -> int:
     try:
         file = os.open(path, flags, 0o666)
     except FileExistsError:
-        raise FileProblem(path, "is there already, and a log is not overwritten; choose another name.") from None
+        raise FileProblem(path, "already exists, and logs are not overwritten; choose another name.") from None
     except FileNotFoundError:
         raise FileProblem(path, f"cannot be written: there is no directory {path.parent}.") from None
     except OSError as error:
         raise FileProblem(path, f"cannot be written: {error.strerror or error}.") from error
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
-        raise FileProblem(path, "is no file that a log can be written to.")
+        raise FileProblem(path, "is not a file that a log can be written to.")
     return file
 
 
@@ -204,11 +204,11 @@ class LogReader:
         self._bytes = _map(path)
         self.size = len(self._bytes)
         if not _SYNC_BYTES.startswith(self._bytes[: len(_SYNC_BYTES)]):
-            raise FileProblem(path, f"is no LCM event log: it begins with {self._bytes[: len(_SYNC_BYTES)]!r}.")
+            raise FileProblem(path, f"is not an LCM event log: it begins with {self._bytes[: len(_SYNC_BYTES)]!r}.")
         self._start_us = 0
         first = next(self._raw(), None)
         if first is None:
-            raise FileProblem(path, "holds no event: it is cut short in its first one.")
+            raise FileProblem(path, "contains no complete event: it is cut short in its first one.")
         self._start_us, _, _ = first
         self._reset()
 
@@ -229,11 +229,11 @@ class LogReader:
         found = []
         if self.cut_off:
             found.append(
-                f"The log is cut short: its last {self.cut_off} bytes are a part of an event. "
-                f"The {self.counts.total()} events before it are whole."
+                f"The log is cut short: its last {self.cut_off} bytes are an incomplete event. "
+                f"The {self.counts.total()} events before it are complete."
             )
         if self.skipped:
-            found.append(f"The log is damaged: {self.skipped} bytes in its midst are no event and are left out.")
+            found.append(f"The log is damaged: {self.skipped} bytes in the middle are not an event and are left out.")
         known = {*MESSAGES, SELF_TEST}
         unknown = [f"{name} ({count})" for name, count in sorted(self.counts.items()) if name not in known]
         if unknown:
@@ -300,7 +300,7 @@ class LogReader:
 def _map(path: Path) -> mmap.mmap:
     try:
         if stat.S_ISFIFO(path.stat().st_mode):
-            raise FileProblem(path, "is no LCM event log: it is a pipe.")
+            raise FileProblem(path, "is not an LCM event log: it is a pipe.")
         with path.open("rb") as stream:
             if not os.fstat(stream.fileno()).st_size:
                 raise FileProblem(path, "is empty: no event was logged.")

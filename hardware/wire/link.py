@@ -131,12 +131,15 @@ class Link:
                 self._lcm.handle_timeout(_POLL_MS)
         except Exception as error:
             self.failure = error
-            _log.exception("The thread that receives has ended")
+            _log.exception("The receiving thread has ended")
 
     def _count_foreign(self, channel: str, _data: bytes) -> None:
         self.foreign += 1
         if self.foreign == 1:
-            _log.warning("A message on channel %r, which is not for here. It and its like are ignored.", channel)
+            _log.warning(
+                "A message came on channel %r, which is not read here. Such messages are ignored; this is said once.",
+                channel,
+            )
 
     def take(self, channel: str, data: bytes) -> None:
         """Take bytes as if they had just arrived. Each channel is to be fed by one thread only."""
@@ -146,7 +149,7 @@ class Link:
         except WrongMessage as error:
             self.refused[channel] += 1
             if self.refused[channel] == 1:
-                _log.warning("%s It and its like are ignored.", error)
+                _log.warning("%s Such messages are ignored; this is reported once.", error)
             return
         before = self._latest.get(channel)
         number = 1 if before is None else before.number + 1

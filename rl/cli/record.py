@@ -93,7 +93,9 @@ def _check_memory(out: Path, film: FilmConfig, seconds: float) -> None:
     total, most = film.frames_of(seconds), _GIF_BYTES // frame
     if out.suffix.lower() == ".gif" and total > most:
         raise InvalidValue(
-            "The number of frames of a GIF", total, f"at most {most} of this --size (all are held in memory); take .mp4"
+            "The number of frames of a GIF",
+            total,
+            f"at most {most} of this --size (all are held in memory); write .mp4 instead",
         )
 
 

@@ -65,7 +65,7 @@ def _train(directory: Path, args: TrainArguments, console: Console) -> int:
             run_dir.check_fresh(directory)
         elif checkpoint.list_checkpoints(directory) or run_log.read(directory):
             trainer.resume()
-            console.print(f"Going on with {directory} after {trainer.iteration} updates.")
+            console.print(f"Continuing {directory} after {trainer.iteration} updates.")
         start(trainer, started_from)
         return _run(trainer, console)
 
@@ -81,7 +81,7 @@ def _run(trainer: Trainer, console: Console) -> int:
     with TrainingDisplay(console, config) as display:
         done = trainer.train(display.update)
     if not done:
-        console.print(f"Stopped after {trainer.iteration} of {config.total_iterations} updates. To go on:")
+        console.print(f"Stopped after {trainer.iteration} of {config.total_iterations} updates. To continue:")
         print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
     console.print(f"Done after {trainer.iteration} updates.")

@@ -54,7 +54,7 @@ def select(
     """
     paths = checkpoint.list_checkpoints(run)[-late:]
     if not paths:
-        raise FileProblem(run, "holds no checkpoint to make a policy of.")
+        raise FileProblem(run, "contains no checkpoint to export.")
     options: dict[str, tuple[Path, ...]] = {f"checkpoint {int(path.stem)}": (path,) for path in paths}
     if len(paths) >= _AVERAGED:
         options[f"the mean of the last {_AVERAGED} checkpoints"] = tuple(paths[-_AVERAGED:])

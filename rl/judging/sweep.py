@@ -133,11 +133,13 @@ def _finished(table: Path, settings: dict[str, Any]) -> list[dict[str, Any]]:
     data = read_json(table)
     before = data.get("settings") if isinstance(data, dict) else None
     if not isinstance(before, dict) or not isinstance(data.get("rows"), list):
-        raise FileProblem(table, "is no table of symdyn evaluate --sweep-timing; choose another --out.")
+        raise FileProblem(table, "is not a table of symdyn evaluate --sweep-timing; choose another --out.")
     # a file that has moved is the same policy
     changed = [name for name in settings if name != "policy" and before.get(name) != settings[name]]
     if changed:
-        raise FileProblem(table, f"holds a sweep with another {', '.join(changed)}; choose another --out or delete it.")
+        raise FileProblem(
+            table, f"contains a sweep with a different {', '.join(changed)}; choose another --out or delete it."
+        )
     trials.read(table)
     return data["rows"]
 

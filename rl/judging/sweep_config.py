@@ -38,7 +38,7 @@ class SweepConfig:
         for name in ("period_factors", "duty_factors", "speeds", "gaits", "seeds"):
             values = getattr(self, name)
             if not values or len(set(values)) != len(values):
-                raise InvalidValue(name, values, "at least one value, none of them twice")
+                raise InvalidValue(name, values, "at least one value, without duplicates")
         for name in CELL:
             values = getattr(self, f"{name}s")
             if not all(0.0 < value < math.inf for value in values):

@@ -49,9 +49,9 @@ def load(path: Path) -> dict[str, Any]:
         raise FileProblem(path, "does not exist.") from None
     except (OSError, EOFError, RuntimeError, ValueError, zipfile.BadZipFile, pickle.UnpicklingError) as error:
         first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FileProblem(path, f"is no checkpoint of symdyn ({first_line}).") from error
+        raise FileProblem(path, f"is not a symdyn checkpoint ({first_line}).") from error
     if not isinstance(content, dict) or "iteration" not in content:
-        raise FileProblem(path, "is no checkpoint of symdyn.")
+        raise FileProblem(path, "is not a symdyn checkpoint.")
     return content
 
 
@@ -76,5 +76,5 @@ def load_newest(run: Path) -> dict[str, Any]:
         try:
             return load(path)
         except FileProblem as error:
-            _log.warning("%s Trying the one before.", error)
-    raise FileProblem(run, "holds no checkpoint to go on from; nothing was changed.")
+            _log.warning("%s Trying the previous one.", error)
+    raise FileProblem(run, "contains no checkpoint to continue from; nothing was changed.")

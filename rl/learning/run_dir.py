@@ -53,7 +53,7 @@ def reserve(preset: str, parent: Path = Path("runs")) -> Path:
                 number += 1
                 run = parent / f"{name}-{number}"
     except OSError as error:
-        raise FileProblem(parent, f"is no directory that can be written to: {error.strerror or error}.") from error
+        raise FileProblem(parent, f"is not a writable directory: {error.strerror or error}.") from error
 
 
 def existing(path: Path) -> Path:
@@ -63,9 +63,9 @@ def existing(path: Path) -> Path:
         FileProblem: if it does not.
     """
     if not path.is_dir():
-        raise FileProblem(path, "is no directory.")
+        raise FileProblem(path, "is not a directory.")
     if not (path / CONFIG).is_file():
-        raise FileProblem(path, f"is no run of symdyn train (it holds no {CONFIG}).")
+        raise FileProblem(path, f"is not a run of symdyn train: it contains no {CONFIG}.")
     return path
 
 

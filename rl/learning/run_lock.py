@@ -29,14 +29,16 @@ def held(run: Path) -> Iterator[None]:
         run.mkdir(parents=True, exist_ok=True)
         stream = (run / FILE).open("a+", encoding="utf-8")
     except OSError as error:
-        raise FileProblem(run, f"is no directory that can be written to: {error.strerror or error}.") from error
+        raise FileProblem(run, f"is not a writable directory: {error.strerror or error}.") from error
     with stream:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             stream.seek(0)
             owner = stream.read().strip() or "another process"
-            raise FileProblem(run, f"is being written by {owner}: wait for it, stop it, or choose another.") from None
+            raise FileProblem(
+                run, f"is being written by {owner}: wait for it, stop it, or choose another directory."
+            ) from None
         stream.truncate(0)
         stream.write(f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now():%Y-%m-%d %H:%M:%S}\n")
         stream.flush()

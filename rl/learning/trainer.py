@@ -294,11 +294,11 @@ class Trainer:
             return
         if good := checkpoint.list_checkpoints(self.run):
             advice = (
-                f"Its last checkpoint is that of update {int(good[-1].stem)}. Go on from there in a new run with other "
+                f"Its last checkpoint is from update {int(good[-1].stem)}. Continue from it in a new run with other "
                 f"settings, such as a lower learning rate: symdyn train --start-from {self.run}"
             )
         else:
-            advice = "It has no checkpoint yet. Begin anew with other settings, such as a lower learning rate."
+            advice = "It has no checkpoint yet. Start again with other settings, such as a lower learning rate."
         raise Diverged(f"{self.run}: training diverged in update {self.iteration + 1} ({', '.join(wrong)}). {advice}")
 
     def _load_learner(self, state: dict[str, Any], run: Path) -> None:
@@ -344,7 +344,7 @@ def stop_on_signal() -> Iterator[list[int]]:
         if received:
             raise KeyboardInterrupt
         received.append(number)
-        _log.warning("Stopping after this update; once more to stop at once.")
+        _log.warning("Stopping after this update. Press Ctrl-C again to stop at once.")
 
     previous = {number: signal.signal(number, note) for number in _STOPPING}
     try:

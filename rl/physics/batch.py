@@ -185,7 +185,9 @@ class BatchPhysics(Physics):
         reduced = own * added / (own + added)
         inertia = trunk.inertia + reduced * (square.sum(axis=1, keepdims=True) - square)
         if not ((own + added > 0.0).all() and (inertia > 0.0).all()):
-            raise InvalidValue("The added mass and its position", "a trunk without mass or inertia", "a lighter change")
+            raise InvalidValue(
+                "The trunk with the added mass", "without mass or inertia", "of positive mass and inertia: change less"
+            )
         self.batch.expand("body_inertia")[:, trunk.id] = inertia
         floor = self.model.geom(FLOOR)
         self.batch.expand("geom_friction")[:, floor.id, 0] = floor.friction[0] * dynamics.friction
@@ -252,5 +254,5 @@ def _check_memory(num_envs: int) -> None:
         fit = int(present / BYTES_PER_ROBOT)
         raise ResourceProblem(
             f"{num_envs} robots need {needed / 2**30:.0f} GiB of memory, and this machine has "
-            f"{present / 2**30:.0f} GiB: take at most {fit}."
+            f"{present / 2**30:.0f} GiB: use at most {fit}."
         )

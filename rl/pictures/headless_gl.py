@@ -64,7 +64,7 @@ def use_working_backend() -> str:
             return name
     if setting:
         raise _refused(setting)
-    raise ResourceProblem(f"MuJoCo can render nothing on this machine, with neither EGL nor OSMesa: {REMEDY}.")
+    raise ResourceProblem(f"MuJoCo cannot render on this machine, neither with EGL nor with OSMesa: {REMEDY}.")
 
 
 @functools.cache

@@ -40,7 +40,7 @@ def read_visual_mesh(path: Path) -> list[Part]:
         scene = trimesh.load_scene(path)
         parts = [_part(mesh) for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:  # the readers behind trimesh raise whatever they come across
-        raise FileProblem(path, f"is no mesh that trimesh can read ({error}).") from error
+        raise FileProblem(path, f"is not a mesh that trimesh can read ({error}).") from error
     if not parts:
         raise FileProblem(path, "holds no triangles.")
     return parts

@@ -38,9 +38,9 @@ def run(args: FitArguments) -> int:
     if args.bootstrap < 0:
         raise InvalidValue("--bootstrap", args.bootstrap, "a whole number >= 0")
     if args.identify and (args.model.k is not None or args.model.ks is not None):
-        raise InvalidValue("--identify", True, "left out where --k or --ks is given: it chooses both")
+        raise InvalidValue("--identify", True, "left out when --k or --ks is given, because it chooses both")
     if args.active == "calibrated" and args.trials is None:
-        raise InvalidValue("--active", args.active, "passive or paper where no --trials are given")
+        raise InvalidValue("--active", args.active, "passive or paper when no --trials are given")
     model = _model(args)
     choice = None if args.trials is None else _chosen(args.trials, model, args.choice)
     calibrated = None if choice is None or args.trials is None else _calibrated(choice, args.trials, args)
@@ -91,7 +91,7 @@ def _again_with_passive(args: FitArguments) -> list[object]:
 def _model(args: FitArguments) -> PassiveModel:
     robot, urdf = args.model.robot, args.model.urdf
     if args.reference and (robot is not None or urdf is not None):
-        raise InvalidValue("--reference", True, "left out where a robot is named")
+        raise InvalidValue("--reference", True, "left out when a robot is named")
     named = args.reference or robot is not None or urdf is not None
     return (args.model if named else replace(args.model, robot=DEFAULT_ROBOT)).load()
 
@@ -148,8 +148,8 @@ def _calibrated(choice: Choice, table: Path, args: FitArguments) -> FittedCurve:
     for name, count in (("T", choice.period_at_edge), ("beta", choice.duty_at_edge)):
         if count:
             _log.warning(
-                "In %d of %d cases the cheapest %s is the smallest or largest that was tried: there the sweep's range "
-                "has chosen, not the cost.", count, fit.points, name,
+                "In %d of %d cases the cheapest %s is the smallest or largest that was tried: the range of the sweep "
+                "decided there, not the cost. Widen the sweep.", count, fit.points, name,
             )  # fmt: skip
     data = {**trials.provenance(table), **asdict(args.choice), **choice.as_dict()}
     summary = f"{fit.points} cases of gait and speed out of {choice.trials} trials in {table.name}"
@@ -160,6 +160,6 @@ def _calibrated(choice: Choice, table: Path, args: FitArguments) -> FittedCurve:
 def _fitted(points: TimingPoints, bootstrap: int, what: str) -> CurveFit:
     groups = len(set(points.group))
     if bootstrap and groups < FEWEST_GROUPS:
-        _log.warning("No bootstrap over %d %s: intervals are from the covariance.", groups, what)
+        _log.warning("%d %s are too few for a bootstrap: the intervals come from the covariance.", groups, what)
         bootstrap = 0
     return fit_curves(points, bootstrap)

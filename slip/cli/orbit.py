@@ -46,7 +46,7 @@ def run(args: OrbitArguments) -> int:
     orbits = of_speed(diagram, args.family, args.speed / unit, args.speed, unit, symbol)
     if not 1 <= args.which <= len(orbits):
         raise InvalidValue(
-            "--which", args.which, f"from 1 to {len(orbits)}: so many gaits of this speed has {args.family}"
+            "--which", args.which, f"from 1 to {len(orbits)}: {args.family} has no more gaits at this speed"
         )
     writable_directory(args.out)
     report = OrbitReport.of(orbits[args.which - 1], args.family, model.units)
@@ -60,7 +60,7 @@ def run(args: OrbitArguments) -> int:
     show(console, report, f"{title}; model: {model.name}")
     if len(orbits) > 1:
         others = ", ".join(f"{i + 1} (T {orbit.period:.5g})" for i, orbit in enumerate(orbits))
-        console.print(f"\nThe family has {len(orbits)} gaits of this speed: {others}. Shown: {args.which} (--which).")
+        console.print(f"\nThe family has {len(orbits)} gaits at this speed: {others}. Shown: {args.which} (--which).")
     print_written(console, f"\nWrote {', '.join(str(args.out / name) for name in written)}.")
     return 0
 

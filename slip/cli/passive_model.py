@@ -86,7 +86,7 @@ class PassiveModelArguments:
 
     def _base(self) -> PassiveModel:
         if self.urdf is not None and self.robot is not None:
-            raise InvalidValue("--robot", self.robot, "left out where --urdf is given")
+            raise InvalidValue("--robot", self.robot, "left out when --urdf is given")
         for flag, value in (("--feet", self.feet), ("--srdf", self.srdf)):
             if value is not None and self.urdf is None:
                 raise InvalidValue(flag, value if isinstance(value, tuple) else str(value), "used with --urdf")

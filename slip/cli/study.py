@@ -34,7 +34,7 @@ def run(args: StudyArguments) -> int:
                 report_progress,
             )
     except KeyboardInterrupt:
-        console.print(f"Stopped. What is done is in {args.out}; the same command goes on with what is left.")
+        console.print(f"Stopped. What is done is in {args.out}; the same command continues with the rest.")
         return INTERRUPTED
     rows = summary(outcomes, args.select)
     write(args.out / TABLE, rows)

@@ -80,7 +80,7 @@ def _gains(args: SymmetryArguments) -> Gains | None:
 def _load(args: SymmetryArguments) -> Quadruped:
     if args.urdf is not None:
         if args.robot is not None:
-            raise InvalidValue("--robot", args.robot, "left out where --urdf is given")
+            raise InvalidValue("--robot", args.robot, "left out when --urdf is given")
         return load_urdf(args.urdf, feet=args.feet, srdf=args.srdf)
     for name, value in (("--feet", args.feet), ("--srdf", args.srdf)):
         if value is not None:

@@ -82,7 +82,7 @@ def document(
     if calibrated is not None:
         fitted["calibrated"] = calibrated
     if chosen not in (*fitted, "paper"):
-        raise InvalidValue("The active curve", chosen, "passive or paper where no trials are given")
+        raise InvalidValue("The active curve", chosen, "passive or paper when no trials are given")
     curves: dict[str, Any] = {
         name: {**curve.timing(name).as_dict(), "fit": curve.fit.as_dict(), "data": dict(curve.data)}
         for name, curve in fitted.items()

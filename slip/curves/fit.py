@@ -252,7 +252,7 @@ def _fit(speed: Floats, y: Floats, weight: Floats) -> DecayFit:
     decay = np.exp(-c * speed)
     residuals = y - a * decay
     if not (a * decay > y / FARTHEST).all():
-        raise InvalidValue("The course of the points", f"no exponential (best: {a=:.3g}, {c=:.3g})", _COURSE)
+        raise InvalidValue("The fit to the points", f"a={a:.3g}, c={c:.3g}", _COURSE)
     n = len(y)
     quantile = float(stdtrit(n - 2, 0.5 + CONFIDENCE / 2.0))
     half_a, half_c = quantile * np.sqrt(_variances(np.stack([decay, -a * speed * decay], axis=1), residuals, weight))
@@ -295,7 +295,7 @@ def _constants(speed: Floats, y: Floats, weight: Floats) -> tuple[float, float]:
         found = least_squares(residuals, start, jac=jacobian, method="lm", xtol=1e-13, ftol=1e-13, gtol=1e-13)  # pyright: ignore[reportArgumentType]
     a, c = (float(value) for value in found.x)
     if not (found.success and a > 0.0 and abs(c) * speed.max() <= STEEPEST):
-        raise InvalidValue("The course of the points", f"no exponential (best: {a=:.3g}, {c=:.3g})", _COURSE)
+        raise InvalidValue("The fit to the points", f"a={a:.3g}, c={c:.3g}", _COURSE)
     return a * unit, c
 
 

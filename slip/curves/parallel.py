@@ -130,7 +130,7 @@ def _claim(folder: Path, settings: Mapping[str, Any]) -> None:
         raise FileProblem(path, "holds no settings; choose another --out.")
     changed = [name for name in {**wanted, **before} if before.get(name) != wanted.get(name)]
     if changed:
-        raise FileProblem(path, f"belongs to work with another {', '.join(changed)}; choose another --out.")
+        raise FileProblem(path, f"belongs to work with a different {', '.join(changed)}; choose another --out.")
     writable_directory(folder)
 
 
@@ -140,11 +140,11 @@ def _earlier(path: Path, cell: Cell) -> Outcome | None:
         return None
     data = read_json(path)
     if not isinstance(data, dict) or data.pop("format_version", None) != FORMAT_VERSION:
-        raise FileProblem(path, f"is no result of format_version {FORMAT_VERSION}; delete it to have it made anew.")
+        raise FileProblem(path, f"is not a result with format_version {FORMAT_VERSION}; delete it to compute it again.")
     try:
         outcome = Outcome(**data)
     except TypeError as error:
-        raise FileProblem(path, f"is no result of a cell ({error}); delete it to have it made anew.") from error
+        raise FileProblem(path, f"is not the result of a cell ({error}); delete it to compute it again.") from error
     if outcome.cell != dict(cell):
         raise FileProblem(path, f"is the result of another cell, {outcome.cell}; choose another --out.")
     return outcome
@@ -167,8 +167,8 @@ def _outcomes(
                 yield from parallel(calls[start : start + size] if ray else calls)
         except TerminatedWorkerError as error:
             raise ResourceProblem(
-                "A worker died at once, as for lack of memory. Finished cells are kept: run the same command again, "
-                "with fewer --jobs."
+                "A worker process died, probably for lack of memory. Finished cells are kept: run the same command "
+                "again with fewer --jobs."
             ) from error
 
 

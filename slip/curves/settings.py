@@ -40,7 +40,7 @@ class Selection:
             if name not in FAMILIES:
                 raise UnknownName("family", name, FAMILIES)
         if len(set(self.families)) != len(self.families):
-            raise InvalidValue("families", self.families, "none of them twice")
+            raise InvalidValue("families", self.families, "without duplicates")
         low, high = self.speeds
         if not (math.isfinite(high) and 0.0 <= low < high):
             raise InvalidValue("speeds", self.speeds, "two finite numbers >= 0, the smaller first")
@@ -123,7 +123,7 @@ class Grid:
     def __post_init__(self) -> None:
         for name, values in vars(self).items():
             if len(set(values)) != len(values) or not all(0.0 < value < math.inf for value in values):
-                raise InvalidValue(name, values, "finite numbers > 0, none of them twice")
+                raise InvalidValue(name, values, "finite numbers > 0, without duplicates")
 
     def models(self, base: SlipParameters) -> dict[str, SlipParameters]:
         """All combinations, by a name made of what varies.

@@ -102,7 +102,7 @@ def choose(trials: Sequence[Trial], leg_length: float, config: ChoiceConfig | No
     if not chosen:
         allowed = (
             f"at least one that did not fall, tracked within {config.tracking_limit:g} m/s and has a weight of at "
-            f"least {config.min_weight:g}; a better policy or weaker limits give some"
+            f"least {config.min_weight:g}; use a better policy or weaker limits"
         )
         raise InvalidValue("The number of admissible trials", f"0 of {len(trials)}", allowed)
     table = np.array([[t.v, t.T, t.beta, t.weight] for _, t in chosen])

@@ -77,12 +77,12 @@ def explored(
             try:
                 return load(folder)
             except FileProblem as problem:
-                _log.warning("The cached families cannot be read and are explored anew. %s", problem)
+                _log.warning("The cached families cannot be read and are searched again. %s", problem)
         diagram = _searched(parameters, config, report)
         try:
             save(diagram, folder)
         except FileProblem as problem:
-            _log.warning("The families are not kept. %s", problem)
+            _log.warning("The families are not cached. %s", problem)
         return diagram
 
 

@@ -83,7 +83,7 @@ def solve_orbit(
     except NoConvergence as failure:
         raise NoOrbit(
             "no convergence",
-            f"No orbit near the guess: {failure}. Try a guess nearer to it, for instance a neighbour on a branch "
+            f"No orbit near the guess: {failure}. Try a closer guess, for instance a neighbour on a branch "
             f"(symdyn families), or hold another unknown than {held.name}, which may have a turning point here.",
         ) from None
     problem = objection(corrected.stride, parameters.vector())

@@ -61,8 +61,8 @@ class OrbitReport:
     def check_in_words(self) -> str:
         """The independent check as a sentence."""
         if math.isnan(self.check):
-            return "An independent integrator that detects its events met others."
-        return f"An independent integrator that detects its events agrees to {self.check:.1e}."
+            return "An independent integrator that detects events found different ones."
+        return f"An independent integrator that detects events agrees to {self.check:.1e}."
 
     def numbers(self) -> list[tuple[str, str, str]]:
         """(quantity, value in the model's units, value in SI or "") for a table."""
@@ -117,12 +117,14 @@ class OrbitReport:
     def symmetry_in_words(self) -> str:
         """What the table of symmetries says."""
         found = self.symmetry
-        reversal = "Run backwards in time it is a gait" if found.reversible else "Run backwards in time it is no gait"
+        reversal = (
+            "Run backwards in time, it is a gait" if found.reversible else "Run backwards in time, it is not a gait"
+        )
         reversal += f" (a touchdown changes the leg's rate by up to {found.touchdown_jump:.1e})."
         reason = (
-            "No touchdown is a jump, so nothing forbids it."
+            "No touchdown changes the rate of a leg, so the stride can be reversed."
             if found.reversible
-            else "The jump of the leg's rate at touchdown cannot run backwards."
+            else "A jump of the leg's rate at touchdown cannot be reversed."
         )
         return f"Symmetry group {{{', '.join(found.group)}}}. {reversal} {reason}"
 

@@ -269,7 +269,7 @@ def _springs(robot: Quadruped, leg: Leg, data: Any, hip: Vector, foot: Vector, g
     planar = along - across**2 / lateral if lateral > 1e-9 * np.trace(compliance) else along
     if planar < _STRAIGHT * length**2 / gains.kp:
         raise SymdynError(
-            f"{robot.urdf}: {leg.name} is straight in the nominal stance, where gains are no spring along the leg; "
+            f"{robot.urdf}: {leg.name} is straight in the nominal stance, so its gains give no stiffness along it; "
             "give a pose with bent knees."
         )
     return 1.0 / float(planar), 1.0 / float(along)

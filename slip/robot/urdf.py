@@ -98,21 +98,21 @@ def _read_xml(path: Path, what: str) -> ElementTree.Element:
     except OSError as error:
         raise FileProblem(path, f"cannot be read: {error.strerror or error}.") from error
     except (ElementTree.ParseError, ValueError) as error:
-        raise FileProblem(path, f"is no {what}: not valid XML ({error}).") from error
+        raise FileProblem(path, f"cannot be read as {what}: it is not valid XML ({error}).") from error
     if root.tag != "robot":
-        raise FileProblem(path, f"is no {what}: its root element is <{root.tag}>, not <robot>.")
+        raise FileProblem(path, f"cannot be read as {what}: its root element is <{root.tag}>, not <robot>.")
     return root
 
 
 def _read_model(urdf: Path) -> Any:
     root = _read_xml(urdf, "URDF")
     if root.find("link") is None:
-        raise FileProblem(urdf, "is no URDF: it has no link.")
+        raise FileProblem(urdf, "cannot be read as URDF: it has no links.")
     check_numbers(urdf)
     try:
         return pinocchio.buildModelFromUrdf(str(urdf), pinocchio.JointModelFreeFlyer())
     except Exception as error:  # Pinocchio raises what the parser beneath it raises
-        raise FileProblem(urdf, f"is no URDF that Pinocchio can read ({str(error).strip()}).") from error
+        raise FileProblem(urdf, f"cannot be read as URDF by Pinocchio ({str(error).strip()}).") from error
 
 
 def _bodies(model: Any, joint: int) -> list[Any]:
@@ -157,7 +157,7 @@ def _chain(model: Any, urdf: Path, foot: str) -> Chain:
         names.insert(0, model.names[joint])
         joint = model.parents[joint]
     if len(names) < 2:
-        raise SymdynError(f"{urdf}: foot {foot!r} hangs on {len(names)} joint, but a leg has two or more.")
+        raise SymdynError(f"{urdf}: foot {foot!r} is moved by {len(names)} joint, but a leg has two or more.")
     return foot, tuple(names)
 
 
@@ -197,7 +197,7 @@ def _standing_of(srdf: Path) -> dict[str, float]:
             if len(values) == 1:  # the base's pose has seven
                 angles[joint.get("name", "")] = float(values[0])
         except ValueError as error:
-            raise FileProblem(srdf, f"the angle of joint {joint.get('name')!r} is no number.") from error
+            raise FileProblem(srdf, f"the angle of joint {joint.get('name')!r} is not a number.") from error
     return angles
 
 
@@ -224,5 +224,5 @@ def _check_feet_below_hips(robot: Quadruped) -> None:
         if foot[2] >= hip[2]:
             raise SymdynError(
                 f"{robot.urdf}: {leg.foot!r} is {foot[2] - hip[2]:.3f} m above the hip of {leg.name} in the nominal "
-                "pose; it is no foot, or the pose is not one of standing."
+                "pose; it is not a foot, or the robot does not stand in this pose."
             )

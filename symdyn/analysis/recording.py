@@ -84,9 +84,9 @@ class Recording:
             with np.load(path, allow_pickle=False) as data:
                 values: dict[str, Any] = {name: data[name] for name in names if name in data}
         except (OSError, EOFError, ValueError, TypeError, BadZipFile) as error:
-            raise FileProblem(path, f"is no recording of symdyn ({error}).") from error
+            raise FileProblem(path, f"is not a symdyn recording ({error}).") from error
         lacking = ", ".join(name for name in names if name not in values)
         if lacking:
-            raise FileProblem(path, f"is no recording of this symdyn: lacks {lacking}; an older one must be made anew.")
+            raise FileProblem(path, f"was made by another version of symdyn (it lacks {lacking}); record it again.")
         scalars: dict[str, Any] = {name: float(value) for name, value in values.items() if value.ndim == 0}
         return cls(**(values | scalars))

@@ -107,7 +107,7 @@ def read(path: Path) -> list[Trial]:
     records = _json_records(path) if path.suffix.lower() == ".json" else _csv_records(path)
     trials = [_Record(record, place, path).trial() for place, record in records]
     if not trials:
-        raise FileProblem(path, "holds no trial.")
+        raise FileProblem(path, "contains no trials.")
     return trials
 
 
@@ -142,7 +142,7 @@ def _csv_records(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     except OSError as error:
         raise FileProblem(path, f"cannot be read: {error.strerror or error}.") from error
     except ValueError as error:
-        raise FileProblem(path, f"is no table of text ({error}).") from error
+        raise FileProblem(path, f"is not a text file ({error}).") from error
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         head = _names(next(reader, []), path)
@@ -150,16 +150,16 @@ def _csv_records(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
             if not row or not any(cell.strip() for cell in row):
                 continue
             if len(row) != len(head):
-                raise FileProblem(path, f"line {reader.line_num} has {len(row)} cells, but the head has {len(head)}.")
+                raise FileProblem(path, f"line {reader.line_num} has {len(row)} cells, but the header has {len(head)}.")
             yield f"line {reader.line_num}", dict(zip(head, row, strict=True))
     except csv.Error as error:
-        raise FileProblem(path, f"line {reader.line_num} is no CSV ({error}).") from error
+        raise FileProblem(path, f"line {reader.line_num} is not valid CSV ({error}).") from error
 
 
 def _json_records(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     data = read_json(path)
     if not isinstance(data, dict) or data.get("format_version") != FORMAT_VERSION:
-        raise FileProblem(path, f"is no table of trials of format_version {FORMAT_VERSION}.")
+        raise FileProblem(path, f"is not a table of trials with format_version {FORMAT_VERSION}.")
     rows = data.get("rows")
     if not isinstance(rows, list):
         raise FileProblem(path, "has no list of rows under 'rows'.")

@@ -168,7 +168,7 @@ def velocity_tracking(recordings: Mapping[str, Recording], title: str) -> Figure
         InvalidValue: if there are none.
     """
     if not recordings:
-        raise InvalidValue("The recordings of a figure", {}, "at least one")
+        raise InvalidValue("The number of recordings in a figure", 0, "at least one")
     figure = Figure(figsize=(10.0, 5.6), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     longest = max(recordings.values(), key=lambda recording: len(recording.time))

@@ -96,14 +96,14 @@ class TimingCurve:
             FileProblem: if constants are missing or absurd; ``origin`` says of what.
         """
         if not isinstance(data, dict):
-            raise FileProblem(origin, f"holds {type(data).__name__} where timing constants should be.")
+            raise FileProblem(origin, f"contains {type(data).__name__} instead of timing constants.")
         missing = [name for name in (*_ALLOWED, "source") if name not in data]
         if missing:
             raise FileProblem(origin, f"lacks the timing constants {', '.join(missing)}.")
         try:
             return cls(**{name: data[name] for name in _ALLOWED}, source=str(data["source"]))
         except InvalidValue as error:
-            raise FileProblem(origin, f"holds an absurd timing constant. {error}") from error
+            raise FileProblem(origin, f"contains a timing constant that is out of range. {error}") from error
 
     def save(self, path: Path, name: str = "curve", robot: str | None = None) -> None:
         """Write a curves file whose only, and active, curve is this one. Raises FileProblem.
@@ -132,13 +132,13 @@ class TimingCurve:
         """
         data = read_json(path)
         if not isinstance(data, dict) or data.get("format_version") != FORMAT_VERSION:
-            raise FileProblem(path, f"is no curves file of format_version {FORMAT_VERSION}.")
+            raise FileProblem(path, f"is not a curves file with format_version {FORMAT_VERSION}.")
         its = data.get("robot")
         if None not in (its, robot) and its != robot:
             raise FileProblem(path, f"holds timing curves of the robot {its!r}, not of {robot!r}.")
         curves, active = data.get("curves"), data.get("active")
         if not isinstance(curves, dict) or not isinstance(active, str) or active not in curves:
-            raise FileProblem(path, f"names {active!r} as its active curve, which is not among its curves.")
+            raise FileProblem(path, f"names {active!r} as its active curve, but contains no such curve.")
         return cls.from_dict(curves[active], path)
 
 

@@ -103,5 +103,5 @@ def writable_directory(path: Path) -> Path:
         with tempfile.TemporaryFile(dir=path) as stream:
             stream.write(b"x")
     except OSError as error:
-        raise FileProblem(path, f"is no directory that can be written to: {error.strerror or error}.") from error
+        raise FileProblem(path, f"is not a writable directory: {error.strerror or error}.") from error
     return path

@@ -72,7 +72,7 @@ class Policy:
         session = _open_session(path)
         text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
         if text is None:
-            raise FileProblem(path, f"is an ONNX file, but no policy of symdyn: it has no metadata {METADATA_KEY!r}.")
+            raise FileProblem(path, f"is an ONNX file, but not a symdyn policy: it lacks metadata {METADATA_KEY!r}.")
         metadata = PolicyMetadata.from_json(text, path)
         if robot is None:
             robot = _robot_named(metadata.robot, path)
@@ -161,8 +161,8 @@ class Policy:
 def _robot_named(name: str, path: Path) -> Robot:
     if name not in ROBOTS:
         raise PolicyMismatch(
-            f"{path}: was made for the robot {name!r}, which is none of those that come with symdyn "
-            f"({', '.join(map(repr, ROBOTS))}): give its robot file with --robot."
+            f"{path}: was made for the robot {name!r}, which does not come with symdyn "
+            f"(known: {', '.join(map(repr, ROBOTS))}). Give its robot file with --robot."
         )
     return get_robot(name)
 
@@ -176,7 +176,7 @@ def _open_session(path: Path) -> onnxruntime.InferenceSession:
     if not content:
         raise FileProblem(path, "is empty.")
     if len(content) > _LARGEST:
-        raise FileProblem(path, f"is larger than {_LARGEST // 2**20} MiB, which is no policy.")
+        raise FileProblem(path, f"is larger than {_LARGEST // 2**20} MiB, the limit for a policy file.")
     if _EXTERNAL_MARK in content:
         raise FileProblem(path, "keeps weights in another file (external data), but a policy must be one file.")
     options = onnxruntime.SessionOptions()
@@ -187,7 +187,7 @@ def _open_session(path: Path) -> onnxruntime.InferenceSession:
     try:
         return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # onnxruntime's errors have no base class of their own
-        raise FileProblem(path, f"is no ONNX file that can be run ({_sentence(error)}).") from error
+        raise FileProblem(path, f"cannot be loaded as an ONNX model ({_sentence(error)}).") from error
 
 
 def _sentence(error: Exception) -> str:

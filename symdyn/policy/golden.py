@@ -82,9 +82,9 @@ def check(policy: Policy, text: str, origin: object) -> None:
                 _compare(policy, k, name, found[name], np.array(step[name], dtype=np.float64), tolerance, origin)
             driver.action = np.array([step["action"]], dtype=np.float64)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise FileProblem(origin, f"holds a golden trace that cannot be read ({error!r}).") from error
+        raise FileProblem(origin, f"contains a golden trace that cannot be read ({error!r}).") from error
     if not steps:
-        raise FileProblem(origin, "holds a golden trace without a step.")
+        raise FileProblem(origin, "contains a golden trace without any steps.")
 
 
 def _step(driver: PolicyDriver, step: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
@@ -112,14 +112,16 @@ def _compare(
 ) -> None:
     if wanted.shape != found.shape:
         raise PolicyMismatch(
-            f"{origin}: its golden trace has {len(wanted)} numbers of {name}, this symdyn {len(found)}."
+            f"{origin}: its golden trace has {len(wanted)} numbers of {name}, but this version of symdyn "
+            f"computes {len(found)}."
         )
     worst = int(np.argmax(np.abs(found - wanted)))
     if not abs(found[worst] - wanted[worst]) <= tolerance:
         what = _label(policy.metadata.observation, worst) if name == "observation" else JOINTS[worst]
         raise PolicyMismatch(
-            f"{origin}: this symdyn does not run the policy as the one that exported it. In step {step} of the file's "
-            f"golden trace, {name} number {worst} ({what}) is {found[worst]:.6g}, but must be {wanted[worst]:.6g}."
+            f"{origin}: this version of symdyn computes other values than the one that exported it. In step {step} "
+            f"of the file's golden trace, {name} number {worst} ({what}) is {found[worst]:.6g}, but must be "
+            f"{wanted[worst]:.6g}."
         )
 
 

@@ -109,7 +109,7 @@ class PolicyMetadata:
         version = fields["format_version"]
         if type(version) is not int or version != FORMAT_VERSION:
             raise PolicyMismatch(
-                f"{origin}: is of format_version {version!r}, but this symdyn reads only {FORMAT_VERSION}."
+                f"{origin}: is of format_version {version!r}, but this version of symdyn reads only {FORMAT_VERSION}."
             )
         training, ranges = fields.nested("training"), fields.nested("command_range")
         return cls(
@@ -147,7 +147,7 @@ class PolicyMetadata:
             pairs = enumerate(zip(self.joint_names, robot.joint_names, strict=True))
             number, (its, ours) = next((i, pair) for i, pair in pairs if pair[0] != pair[1])
             raise PolicyMismatch(
-                f"{origin}: has other joints than {robot.name}: number {number} is {its!r}, but must be {ours!r}."
+                f"{origin}: does not have the joints of {robot.name}: joint {number} is {its!r}, but must be {ours!r}."
             )
         if self.gravity != GRAVITY:
             raise PolicyMismatch(
@@ -203,5 +203,5 @@ def _read_gaits(fields: Fields) -> dict[str, Gait]:
         try:
             found[name] = Gait(name, (lh, lf, rf, rh))
         except InvalidValue as error:
-            raise FileProblem(fields.origin, f"holds an absurd gait. {error}") from error
+            raise FileProblem(fields.origin, f"contains an invalid gait. {error}") from error
     return found

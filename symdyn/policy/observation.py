@@ -163,17 +163,19 @@ def read_layout(table: Iterable[Mapping[str, Any]], origin: object) -> Layout:
         name, size = entry["name"], entry["size"]
         if name not in TERMS:
             raise PolicyMismatch(
-                f"{origin}: observes {name!r}, which this symdyn cannot supply. It can supply {', '.join(TERMS)}."
+                f"{origin}: observes {name!r}, which this version of symdyn cannot supply. "
+                f"It can supply {', '.join(TERMS)}."
             )
         if size != TERMS[name].size:
             raise PolicyMismatch(
-                f"{origin}: observes {name!r} with {size} numbers, but this symdyn supplies {TERMS[name].size}."
+                f"{origin}: observes {name!r} with {size} numbers, but this version of symdyn "
+                f"supplies {TERMS[name].size}."
             )
         labels = tuple(entry.get("labels", TERMS[name].labels))
         if labels != TERMS[name].labels:
             raise PolicyMismatch(
-                f"{origin}: observes {name!r} in the order {' '.join(map(str, labels))}, but this symdyn supplies "
-                f"{' '.join(TERMS[name].labels)}."
+                f"{origin}: observes {name!r} in the order {' '.join(map(str, labels))}, but this version of symdyn "
+                f"supplies {' '.join(TERMS[name].labels)}."
             )
         if name in found:
             raise PolicyMismatch(f"{origin}: observes {name!r} twice.")

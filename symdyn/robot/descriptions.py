@@ -70,7 +70,7 @@ def velocity_limits(robot: Robot) -> NDArray[np.float64]:
         try:
             found.append(robot.limit(name).velocity or float(text or "nan"))
         except ValueError:
-            raise FileProblem(path, f"has {text!r} as the velocity limit of {name!r}, which is no number.") from None
+            raise FileProblem(path, f"has {text!r} as the velocity limit of {name!r}, which is not a number.") from None
         if not 0.0 < found[-1] < math.inf:
             raise FileProblem(path, f"has no velocity limit for {name!r}; the robot file can give one under limits.")
     return np.array(found)

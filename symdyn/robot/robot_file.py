@@ -76,7 +76,7 @@ def load_robot_file(path: Path) -> Robot:
         raise FileProblem(path, f"cannot be read: {error.strerror or error}.") from error
     except (ValueError, RecursionError) as error:  # both parsers' errors are ValueErrors
         kind = "JSON" if path.suffix == ".json" else "TOML"
-        raise FileProblem(path, f"is no robot file: not valid {kind} ({error}).") from error
+        raise FileProblem(path, f"is not a robot file: it is not valid {kind} ({error}).") from error
     robot = rebuild(Robot, data, path)
     if robot.urdf.startswith(EXAMPLE_ROBOT_DATA):
         return robot

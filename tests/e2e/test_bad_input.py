@@ -45,14 +45,14 @@ def files(folder: Path) -> set[Path]:
         (("train", "--env.randomization.friction", "0", "1"), ("friction",)),
         (("train", "--env.episode-s", "0"), ("episode_s",)),
         (("train", "--timing", "nowhere.json"), ("nowhere.json", "No such file")),
-        (("train", "--resume", "nowhere"), ("nowhere", "no directory")),
+        (("train", "--resume", "nowhere"), ("nowhere", "not a directory")),
         (("train", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
         (("train", "--num-envs", "100000000", "--preset", "smoke"), ("memory",)),
-        (("export", "nowhere"), ("nowhere", "no directory")),
+        (("export", "nowhere"), ("nowhere", "not a directory")),
         (("evaluate", "nowhere.onnx"), ("nowhere.onnx", "No such file")),
         (("evaluate", "nowhere.onnx", "--suite", "long"), ("Unknown suite 'long'", "paper, quick")),
         (("demo", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
-        (("train", "--start-from", "nowhere"), ("nowhere", "no directory")),
+        (("train", "--start-from", "nowhere"), ("nowhere", "not a directory")),
         (("train", "--start-std", "0.2"), ("--start-std", "--start-from")),
         (("train", "--start-from", "nowhere", "--start-std", "0"), ("--start-std", "> 0")),
         (("experiment", "speed"), ("Unknown experiment 'speed'", "velocity")),
@@ -61,7 +61,7 @@ def files(folder: Path) -> set[Path]:
         (("experiment", "gaits", "--policy", "nowhere.onnx"), ("nowhere.onnx", "No such file")),
         (("experiment", "ablation", "--ablations", "nowhere"), ("nowhere", "no ablation", "full: none")),
         (("experiment", "learning"), ("--learning", "one or more runs")),
-        (("experiment", "learning", "--learning", "nowhere"), ("nowhere", "no directory")),
+        (("experiment", "learning", "--learning", "nowhere"), ("nowhere", "not a directory")),
         (("record", "nowhere.onnx"), ("nowhere.onnx", "No such file")),
         (("record", "--gaits", "waltz"), ("Unknown gait 'waltz'", "walk")),
         (("record", "--gaits"), ("--gaits", "one name at least")),
@@ -73,7 +73,7 @@ def files(folder: Path) -> set[Path]:
         (("record", "--slow", "0"), ("--slow", "0.05")),
         (("record", "--fps", "0"), ("--fps", "from 5")),
         (("record", "--out", "film.avi"), ("'.avi'", ".gif, .mp4")),
-        (("record", "--out", "film.gif", "--seconds", "600"), ("frames of a GIF", "60000", "take .mp4")),
+        (("record", "--out", "film.gif", "--seconds", "600"), ("frames of a GIF", "60000", "write .mp4 instead")),
         (("train", "--no-such-flag"), ("no-such-flag",)),
     ],
 )
@@ -113,8 +113,8 @@ def test_a_directory_that_holds_a_run_is_not_overwritten_and_not_resumed_with_ot
 
 def test_a_run_directory_without_a_run(tmp_path):
     (tmp_path / "empty").mkdir()
-    assert_refused(symdyn("train", "--resume", "empty", cwd=tmp_path), "no run of symdyn train")
-    assert_refused(symdyn("export", "empty", cwd=tmp_path), "no run of symdyn train")
+    assert_refused(symdyn("train", "--resume", "empty", cwd=tmp_path), "not a run of symdyn train")
+    assert_refused(symdyn("export", "empty", cwd=tmp_path), "not a run of symdyn train")
     (tmp_path / "empty" / "config.yaml").write_text("preset: [")
     assert_refused(symdyn("train", "--resume", "empty", cwd=tmp_path), "config.yaml")
 

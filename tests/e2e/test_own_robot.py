@@ -137,9 +137,7 @@ def test_the_gyroscope_reaches_the_policy_from_the_imus_message(policy: Policy) 
     assert np.array_equal(sensed.angular_velocity_b, turning[None])
 
 
-NEEDS_FILE = (
-    "was made for the robot 'crouching', which is none of those that come with symdyn ('go2'): give its robot file"
-)
+NEEDS_FILE = "was made for the robot 'crouching', which does not come with symdyn (known: 'go2'). Give its robot file"
 
 
 @pytest.mark.parametrize("command", ["evaluate", "record", "deploy"])

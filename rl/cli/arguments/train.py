@@ -104,15 +104,15 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
     for stage in args.config.stages:
         if overruled := [name for name in given if name in stage.settings]:
             raise InvalidValue(
-                "Flags for " + ", ".join(overruled),
-                "given",
-                f"left out: stage {stage.name!r} sets them. Edit a settings file (--write-settings, --settings)",
+                ", ".join(overruled),
+                "given as a flag",
+                f"left out: stage {stage.name!r} sets it. Edit a settings file (--write-settings, --settings)",
             )
     if args.resume is not None:
         changed = differences(replace(args.config, iterations=default.iterations), default)
         if changed:
             raise InvalidValue(
-                "--resume with other settings", ", ".join(changed), "given without them: a run keeps its own"
+                "--resume with settings", ", ".join(changed), "given without them: a run keeps its own settings"
             )
         others = (
             ("--out", args.out),
@@ -122,5 +122,5 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
         )
         for flag, value in others:
             if value is not None:
-                raise InvalidValue(flag, str(value), "left out with --resume, which goes on with a run as it is")
+                raise InvalidValue(flag, str(value), "left out with --resume, which continues a run as it is")
     return args

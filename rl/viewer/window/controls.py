@@ -24,7 +24,7 @@ PUSHES = {"forward": (1.0, 0.0), "back": (-1.0, 0.0), "left": (0.0, 1.0), "right
 """Direction forwards and to the left, by the button's name."""
 
 INTRODUCTION = (
-    "A {robot} in MuJoCo, driven by the policy <b>{policy}</b>. Drag in the picture to turn it, scroll to come nearer; "
+    "A {robot} in MuJoCo, driven by the policy <b>{policy}</b>. Drag to rotate the view, scroll to zoom; "
     "click a gait to see it change."
 )
 

@@ -42,8 +42,8 @@ def serving(host: str, port: int) -> Iterator[viser.ViserServer]:
     version = tuple(int(part) for part in viser.__version__.split(".")[:2])
     if version < _OLDEST_VISER:
         raise ResourceProblem(
-            f"viser {viser.__version__} is too old: it would hand out any file of this computer to whoever reaches the "
-            "page's port. Get a newer one: pip install 'viser>=1.1'."
+            f"viser {viser.__version__} is too old: it would serve any file of this computer to anyone who can reach "
+            "the page's port. Install a newer one: pip install 'viser>=1.1'."
         )
     port = _free_port(host, port)
     with contextlib.redirect_stdout(io.StringIO()):  # it prints a box with its own name in it
@@ -74,7 +74,7 @@ def url(host: str, port: int) -> str:
 def _free_port(host: str, port: int) -> int:
     # viser would take the next free port instead, and wait for ever if the host is wrong
     if not 0 <= port <= 65535:
-        raise InvalidValue("--port", port, "from 0 to 65535; 0 takes a free one")
+        raise InvalidValue("--port", port, "from 0 to 65535; 0 chooses a free one")
     try:
         infos = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except (OSError, UnicodeError) as error:
@@ -85,7 +85,9 @@ def _free_port(host: str, port: int) -> int:
         try:
             probe.bind(address)
         except PermissionError as error:
-            raise ResourceProblem(f"Port {port} is not allowed to you; take one from 1024 on with --port.") from error
+            raise ResourceProblem(
+                f"You have no permission for port {port}; choose one from 1024 up with --port."
+            ) from error
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
                 raise ResourceProblem(_in_use(port)) from error
@@ -95,4 +97,4 @@ def _free_port(host: str, port: int) -> int:
 
 def _in_use(port: int) -> str:
     another = port + 1 if port < 65535 else port - 1
-    return f"Port {port} is in use, perhaps by another symdyn play; take another one: --port {another}."
+    return f"Port {port} is in use, perhaps by another symdyn play; choose another one: --port {another}."

@@ -175,7 +175,7 @@ class TestAnalyze:
         before = sorted(tmp_path.iterdir())
         for name, said in (
             ("none.lcmlog", "No such file"),
-            ("text.lcmlog", "no LCM event log"),
+            ("text.lcmlog", "not an LCM event log"),
             ("empty.lcmlog", "is empty"),
             ("short.lcmlog", "cut short"),
             (".", "directory"),
@@ -214,7 +214,7 @@ class TestReplay:
         done = symdyn("replay", changed(log, tmp_path / "c.lcmlog", TARGETS, 50, change), cwd=tmp_path)
         assert done.returncode == 1, done.stdout + done.stderr
         said = " ".join(done.stdout.split())
-        assert "1 ticks came out otherwise (targets in 1)" in said
+        assert "1 ticks differ (targets in 1)" in said
         assert "of a joint target: 1e-12 rad" in said
 
     def test_a_changed_measurement_changes_what_the_controller_does(self, log, tmp_path):

@@ -42,12 +42,12 @@ class TestBadInput:
         refused([tmp_path / "none.onnx"], "none.onnx", "cannot be read")
         broken = tmp_path / "broken.onnx"
         broken.write_bytes(policy_path().read_bytes()[:5000])
-        refused([broken], "no ONNX file")
+        refused([broken], "cannot be loaded as an ONNX model")
         model = onnx.load(policy_path())
         (entry,) = (e for e in model.metadata_props if e.key == METADATA_KEY)
         entry.value = entry.value.replace("FL_hip_joint", "front_left_hip")
         onnx.save(model, tmp_path / "other.onnx")
-        refused([tmp_path / "other.onnx", "--url", multicast_url()], "other joints", "front_left_hip")
+        refused([tmp_path / "other.onnx", "--url", multicast_url()], "not have the joints of go2", "front_left_hip")
 
     def test_log_that_cannot_be_written(self, tmp_path: Path, refused: Callable[..., None]) -> None:
         log = tmp_path / "run.lcmlog"

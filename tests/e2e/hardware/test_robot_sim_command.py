@@ -77,7 +77,7 @@ def test_a_robot_that_is_told_something_obeys_and_the_summary_tells_it(tmp_path)
         listening(url) as (link, arrivals),
         robot_sim(url, "--start", "standing", "--out", "s.json", cwd=tmp_path) as sim,
     ):
-        # zeros until it has heard of the robot
+        # zeros until it has data from the robot
         wait_for(lambda: link.latest(IMU) is not None)
         assert not any(link.latest(IMU).message.quat)  # type: ignore[union-attr]
         wait_for(lambda: any(link.latest(IMU).message.quat))  # type: ignore[union-attr]

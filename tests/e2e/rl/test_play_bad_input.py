@@ -21,7 +21,7 @@ def test_port_in_use(tmp_path):
     ("arguments", "said"),
     [
         (("missing.onnx",), "missing.onnx: cannot be read"),
-        (("text.onnx",), "text.onnx: is no ONNX file"),
+        (("text.onnx",), "text.onnx: cannot be loaded as an ONNX model"),
         (("--port", "70000"), "--port is 70000, but must be"),
         (("--host", "no.such.host.invalid"), "--host is"),
         (("--seed", "-1"), "--seed is -1, but must be"),

@@ -263,7 +263,7 @@ class TestCommand:
             address, _ = self.address(process)
             assert address.startswith("http://localhost:")
             assert process.stdout is not None
-            assert "Whoever reaches port" in process.stdout.readline()
+            assert "Anyone who can reach port" in process.stdout.readline()
         finally:
             process.kill()
             process.communicate()
@@ -284,7 +284,7 @@ class TestRobotSim:
         stop = threading.Event()
         with play._watched(args, make_console()) as page:
             watched = page._shown
-            assert watched.pose() is None and "Nothing comes from" in watched.report(time.monotonic())
+            assert watched.pose() is None and "No messages arrive at" in watched.report(time.monotonic())
             sender = Link(lcm_url, ())
 
             def send(with_truth: bool) -> None:

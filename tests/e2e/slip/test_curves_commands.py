@@ -61,7 +61,7 @@ def test_with_trials_training_runs_with_the_calibrated_curve(tmp_path: Path) -> 
     flags = ("--trials", "trials.csv", "--bootstrap", "20", "--out", "out")
     done = symdyn("fit-curves", *QUICK, *flags, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "No bootstrap over 1 gaits: intervals are from the covariance" in " ".join(done.stdout.split())
+    assert "1 gaits are too few for a bootstrap: the intervals come from" in " ".join(done.stdout.split())
     data = json.loads((tmp_path / "out" / "curves.json").read_text())
     assert data["active"] == "calibrated"
     assert data["curves"]["calibrated"]["a_T"] == pytest.approx(2.2, rel=1e-6)
@@ -178,14 +178,14 @@ def test_a_study_killed_and_run_again_has_every_model_once(tmp_path: Path) -> No
     assert not (again.stderr)
     refused = symdyn(*STUDY, "--speeds", "0", "0.4", cwd=tmp_path)
     assert refused.returncode == 2
-    assert "another fastest" in refused.stderr
+    assert "a different fastest" in refused.stderr
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (("--k", "0"), ("k is (0.0,)",)),
-        (("--k", "5", "5"), ("none of them twice",)),
+        (("--k", "5", "5"), ("without duplicates",)),
         (("--J", "nan"), ("J is", "finite")),
         (("--robot", "go22"), ("Unknown robot 'go22'",)),
         (("--jobs", "-1"), ("jobs is -1",)),

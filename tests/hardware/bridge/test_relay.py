@@ -125,7 +125,7 @@ def test_a_bridge_that_stood_still_damps_for_good_whatever_it_hears_first(runnin
     assert all(damps(command) for _, command in running.written[before:])
     running.run(0.2, kp=0.0)
     assert running.relay.state is State.LATCHED and running.damping
-    assert "stood still" in running.relay.why
+    assert "stalled" in running.relay.why
 
 
 def test_latched_it_damps_for_good_and_keeps_the_first_reason(running):

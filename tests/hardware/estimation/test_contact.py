@@ -260,7 +260,7 @@ def test_file_round_trip(tmp_path: Path) -> None:
         (lambda data: data["feet"]["LF"].update(threshold="high"), "'high' for threshold of foot LF"),
         (lambda data: data["feet"]["LF"].update(threshold=-3.0), "threshold -3 for foot LF"),
         (lambda data: data["feet"]["LF"].update(threshold=True), "True for threshold of foot LF"),
-        (lambda data: data.update(samples="many"), "how many samples"),
+        (lambda data: data.update(samples="many"), "number of samples"),
         (lambda data: data.pop("source"), "source"),
     ],
 )
@@ -284,7 +284,7 @@ def test_missing_file_and_no_json(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A trot as the bridge tells it, after a second of the zeros that it sends before it has heard of the robot."""
+    """A trot as the bridge tells it, after a second of the zeros that it sends before it has data from the robot."""
     path = tmp_path_factory.mktemp("log") / "trot.lcmlog"
     robot_says = [state_estimator_lcmt() for _ in range(200)]
     for sample in driven("trot", (0.8, 0.0, 0.0), seed=0).samples:

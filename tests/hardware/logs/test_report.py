@@ -209,7 +209,7 @@ class TestObserved:
 def test_a_log_of_another_robot_is_refused(tmp_path):
     log = read_contents(write_session(tmp_path / "run.lcmlog", *session("trot", seconds=1.0)))
     its = Session("policy.onnx", "", Settings(), False, 2, "unknown", robot="solo12")
-    with pytest.raises(FileProblem, match=r"run\.lcmlog: is of the robot 'solo12', not of 'go2'\."):
+    with pytest.raises(FileProblem, match=r"run\.lcmlog: is a log of the robot 'solo12', not of 'go2'\."):
         analyse(replace(log, session=its), GO2, 1.0, ContactConfig())
 
 

@@ -143,7 +143,7 @@ class TestDamage:
             event for k, event in enumerate(events) if k not in lost and not (k == 4 and where > 28)
         ]
         assert reader.skipped == len(lost) * size
-        assert any("in its midst are no event" in problem for problem in reader.problems) == bool(lost)
+        assert any("in the middle are not an event" in problem for problem in reader.problems) == bool(lost)
 
     def test_two_logs_in_one_file(self, folder):
         path = write(folder / "two.lcmlog", [("a", b"12345"), ("b", b"67890")])
@@ -180,7 +180,7 @@ class TestDamage:
         ("content", "said"),
         [
             (b"", "is empty"),
-            (b"timestamp,v_x\n0.0,1.0\n", "no LCM event log: it begins with b'time'"),
+            (b"timestamp,v_x\n0.0,1.0\n", "not an LCM event log: it begins with b'time'"),
             (b"\xed", "cut short"),
             (struct.pack(">IqqII", 0xEDA1DA01, 0, 0, 4, 100) + b"abcd", "cut short"),
             (struct.pack(">IqqII", 0xEDA1DA01, 0, 0, 0, 100) + bytes(100), "cut short"),
@@ -201,7 +201,7 @@ class TestDamage:
 class TestWriting:
     def test_a_log_that_is_there_is_kept(self, tmp_path):
         path = write(tmp_path / "run.lcmlog", [("a", b"1")])
-        with pytest.raises(FileProblem, match="there already"):
+        with pytest.raises(FileProblem, match="already exists"):
             LogWriter(path)
         assert contents(LogReader(path)) == [("a", b"1")]
         with LogWriter(path, overwrite=True) as log:
@@ -215,7 +215,7 @@ class TestWriting:
             with pytest.raises(FileProblem, match=said):
                 LogWriter(tmp_path / name)
         for name in (".", "pipe", "/dev/null"):
-            with pytest.raises(FileProblem, match=r"cannot be written|is no file"):
+            with pytest.raises(FileProblem, match=r"cannot be written|is not a file"):
                 LogWriter(tmp_path / name, overwrite=True)
 
     def test_what_is_no_message_ends_the_log_and_not_the_caller(self, tmp_path):

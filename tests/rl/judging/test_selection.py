@@ -57,7 +57,7 @@ def test_the_candidate_with_the_least_cost_is_exported(run: Path, tmp_path: Path
 
 
 def test_a_run_without_checkpoints_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileProblem, match="holds no checkpoint"):
+    with pytest.raises(FileProblem, match="contains no checkpoint"):
         select(tmp_path, GO2, late=3)
 
 

@@ -122,10 +122,10 @@ def test_a_table_of_other_settings_or_another_policy_is_not_mixed_in(
 ) -> None:
     before = (finished / JSON_TABLE).read_bytes()
     policy = Policy.load(policy_file)
-    with pytest.raises(FileProblem, match="another sweep; choose another --out"):
+    with pytest.raises(FileProblem, match="a different sweep; choose another --out"):
         sweep(policy, policy_file, replace(SMALL, seconds=2.5), finished)
     other = swaying(tmp_path / "other.onnx", seed=1)
-    with pytest.raises(FileProblem, match="another policy_sha256"):
+    with pytest.raises(FileProblem, match="a different policy_sha256"):
         sweep(Policy.load(other), other, SMALL, finished)
     assert (finished / JSON_TABLE).read_bytes() == before
 
@@ -149,7 +149,7 @@ def test_a_fall_has_no_cost_and_no_weight(tmp_path: Path) -> None:
     ("change", "said"),
     [
         ({"period_factors": ()}, "period_factors"),
-        ({"period_factors": (1.0, 1.0)}, "none of them twice"),
+        ({"period_factors": (1.0, 1.0)}, "without duplicates"),
         ({"duty_factors": (0.0,)}, "duty_factors"),
         ({"duty_factors": (math.nan,)}, "duty_factors"),
         ({"speeds": (0.0, 1.0)}, "other than 0"),

@@ -212,16 +212,16 @@ class TestRefused:
         assert (run / "policy.onnx").read_bytes() == b"an earlier one"
 
     def test_no_directory(self, tmp_path: Path) -> None:
-        with pytest.raises(FileProblem, match="nowhere: is no directory"):
+        with pytest.raises(FileProblem, match="nowhere: is not a directory"):
             export_policy(tmp_path / "nowhere")
         assert not (tmp_path / "nowhere").exists()
 
     def test_no_run(self, tmp_path: Path) -> None:
-        self.refused(tmp_path / "empty", r"empty: is no run of symdyn train \(it holds no config.yaml\)")
+        self.refused(tmp_path / "empty", r"empty: is not a run of symdyn train: it contains no config.yaml")
 
     def test_no_checkpoint(self, run: Path) -> None:
         shutil.rmtree(run / "checkpoints")
-        self.refused(run, "holds no checkpoint")
+        self.refused(run, "contains no checkpoint")
 
     def test_missing_given_checkpoint(self, run: Path) -> None:
         self.refused(run, "0000009.pt: does not exist", run / "checkpoints" / "0000009.pt")

@@ -46,7 +46,7 @@ def test_the_lock_of_a_killed_process_is_free(tmp_path: Path) -> None:
 def test_a_directory_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with (
-        pytest.raises(FileProblem, match="is no directory that can be written to"),
+        pytest.raises(FileProblem, match="is not a writable directory"),
         run_lock.held(tmp_path / "file" / "run"),
     ):
         pass

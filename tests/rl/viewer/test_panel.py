@@ -230,9 +230,9 @@ class TestWatched:
         return News(time, pose, np.linspace(-3.0, 8.0, len(JOINTS)), speed)
 
     def test_silence_is_said_before_and_after(self):
-        watched = Watched("Go2", "Nothing comes from there.")
+        watched = Watched("Go2", "No messages arrive.")
         assert watched.pose() is None
-        assert "Nothing comes from there." in watched.report(5.0)
+        assert "No messages arrive." in watched.report(5.0)
         watched.hear(self.news(5.0, [True] * 4, 0.0))
         assert "No message" not in watched.report(5.0 + 0.9 * SILENT_S)
         assert f"No message for {SILENT_S + 1.5:.1f} s" in watched.report(5.0 + SILENT_S + 1.5)

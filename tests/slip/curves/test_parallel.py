@@ -98,7 +98,7 @@ def test_killed_it_goes_on_with_what_is_left(tmp_path: Path, jobs: int, sent: si
 
 def test_a_worker_that_dies_is_said_in_words(tmp_path: Path) -> None:
     run_cells(square, cells(1), tmp_path, SQUARES, HERE)
-    with pytest.raises(ResourceProblem, match="A worker died"):
+    with pytest.raises(ResourceProblem, match="A worker process died"):
         run_cells(die, cells(1, 2, 4), tmp_path, SQUARES, Workers(2))
     assert (tmp_path / CELLS / "x1.json").exists()
 
@@ -106,7 +106,7 @@ def test_a_worker_that_dies_is_said_in_words(tmp_path: Path) -> None:
 def test_a_folder_of_other_work_is_refused_and_left_alone(tmp_path: Path) -> None:
     run_cells(square, cells(1), tmp_path, SQUARES, HERE)
     for other in ({"work": "cubes"}, {"work": "squares", "more": 1}, {}):
-        with pytest.raises(FileProblem, match="belongs to work with another"):
+        with pytest.raises(FileProblem, match="belongs to work with a different"):
             run_cells(square, cells(2), tmp_path, other, HERE)
     assert sorted(path.name for path in (tmp_path / CELLS).iterdir()) == ["x1.json"]
     with pytest.raises(FileProblem, match="result of another cell"):

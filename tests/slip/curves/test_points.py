@@ -116,7 +116,7 @@ def test_round_trip_through_json() -> None:
     ("change", "said"),
     [
         ({"families": ("PX",)}, "Unknown family 'PX'"),
-        ({"families": ("PK", "PK")}, "none of them twice"),
+        ({"families": ("PK", "PK")}, "without duplicates"),
         ({"speeds": (1.0, 0.5)}, "the smaller first"),
         ({"speeds": (-1.0, 0.5)}, ">= 0"),
         ({"speeds": (0.0, math.nan)}, "finite"),

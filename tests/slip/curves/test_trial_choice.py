@@ -80,7 +80,7 @@ def test_the_cheapest_is_not_taken_if_it_is_not_admissible(flaw: dict[str, Any])
     rows = [trial(**{"T": 0.3, "cost_of_transport": 0.1} | flaw), trial(T=0.4), trial(T=0.5, cost_of_transport=2.0)]
     (period,) = choose(rows, LENGTH).points.period_star
     assert period == pytest.approx(0.4 / math.sqrt(LENGTH / GRAVITY))
-    with pytest.raises(InvalidValue, match=r"admissible trials is '0 of 1'.* a better policy or weaker limits"):
+    with pytest.raises(InvalidValue, match=r"admissible trials is '0 of 1'.* use a better policy or weaker limits"):
         choose(rows[:1], LENGTH)
 
 

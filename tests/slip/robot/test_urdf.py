@@ -146,7 +146,7 @@ def test_poses_that_are_none(tmp_path: Path) -> None:
         ("<robot name='r'/>", "no group_state called 'standing'"),
         (
             "<robot name='r'><group_state name='standing'><joint name='j' value='x'/></group_state></robot>",
-            "'j' is no number",
+            "'j' is not a number",
         ),
         ("standing", "not valid XML"),
     ):

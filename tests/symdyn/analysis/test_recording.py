@@ -50,5 +50,5 @@ def test_a_file_of_before_a_field_was_added_says_which(tmp_path: Path) -> None:
     path = tmp_path / "old.npz"
     values = vars(recording(get("trot"), 1.0, seconds=0.1))
     np.savez(path, **{name: value for name, value in values.items() if name != "base_quat_w"})
-    with pytest.raises(FileProblem, match=r"old\.npz: .*lacks base_quat_w; an older one must be made anew"):
+    with pytest.raises(FileProblem, match=r"old\.npz: .*lacks base_quat_w\); record it again"):
         Recording.load(path)

@@ -91,14 +91,14 @@ def test_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, rows: lis
         ((HEAD, GOOD[:-1] + "-1"), "column 'weight': '-1' is not >= 0"),
         ((HEAD + ",fell", GOOD + ",perhaps"), "column 'fell': 'perhaps' is not 0 or 1"),
         ((HEAD + ",seed", GOOD + ",1.5"), "column 'seed': '1.5' is not a whole number"),
-        ((HEAD, GOOD + ",7"), "line 2 has 7 cells, but the head has 6"),
-        ((HEAD, GOOD.rsplit(",", 1)[0]), "line 2 has 5 cells, but the head has 6"),
+        ((HEAD, GOOD + ",7"), "line 2 has 7 cells, but the header has 6"),
+        ((HEAD, GOOD.rsplit(",", 1)[0]), "line 2 has 5 cells, but the header has 6"),
         ((HEAD.replace(",beta", ""), GOOD), "lacks the columns beta; it has v, T, cost"),
         ((HEAD + ",v", GOOD + ",1"), "has the column 'v' twice"),
         ((HEAD + ",cot", GOOD + ",1"), "has the column 'cost_of_transport' twice"),
-        ((HEAD,), "holds no trial"),
+        ((HEAD,), "contains no trials"),
         (("",), "lacks the columns v, T"),
-        ((HEAD, '0.5,"0.4'), "is no CSV"),
+        ((HEAD, '0.5,"0.4'), "is not valid CSV"),
     ],
 )
 def test_bad_table(tmp_path: Path, lines: tuple[str, ...], said: str) -> None:
@@ -115,8 +115,8 @@ def row(**change: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("document", "said"),
     [
-        ([], "no table of trials of format_version 1"),
-        ({"format_version": 2, "rows": []}, "no table of trials of format_version 1"),
+        ([], "not a table of trials with format_version 1"),
+        ({"format_version": 2, "rows": []}, "not a table of trials with format_version 1"),
         ({"format_version": 1}, "no list of rows"),
         ({"format_version": 1, "rows": [row(), 7]}, "row 2 is 7"),
         ({"format_version": 1, "rows": [row(T=True)]}, "row 1, column 'T': True is not"),
@@ -124,7 +124,7 @@ def row(**change: Any) -> dict[str, Any]:
         ({"format_version": 1, "rows": [row(v=10**400)]}, "row 1, column 'v'"),
         ({"format_version": 1, "rows": [row(gait=3)]}, "row 1, column 'gait': 3 is not text"),
         ({"format_version": 1, "rows": [{"v": 1.0}]}, "lacks the columns T, beta"),
-        ({"format_version": 1, "rows": []}, "holds no trial"),
+        ({"format_version": 1, "rows": []}, "contains no trials"),
     ],
 )
 def test_bad_json(tmp_path: Path, document: Any, said: str) -> None:
@@ -153,7 +153,7 @@ def test_no_table(tmp_path: Path) -> None:
     with pytest.raises(FileProblem, match="cannot be read: Is a directory"):
         trials.read(tmp_path)
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")
-    with pytest.raises(FileProblem, match="is no table of text"):
+    with pytest.raises(FileProblem, match="is not a text file"):
         trials.read(tmp_path / "picture.csv")
 
 

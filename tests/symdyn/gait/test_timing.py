@@ -150,13 +150,16 @@ BAD_FILES: dict[str, tuple[str, str]] = {
     "list for a number": (json.dumps(document(b_T=[0.2])), "b_T is "),
     "no JSON": ('{"format_version": 1,', "is not valid JSON"),
     "empty": ("", "is not valid JSON"),
-    "a list": ("[]", "no curves file of format_version 1"),
-    "other version": (json.dumps({**document(), "format_version": 2}), "no curves file of format_version 1"),
-    "no version": (json.dumps({"active": "curve", "curves": CURVE}), "no curves file of format_version 1"),
+    "a list": ("[]", "not a curves file with format_version 1"),
+    "other version": (json.dumps({**document(), "format_version": 2}), "not a curves file with format_version 1"),
+    "no version": (json.dumps({"active": "curve", "curves": CURVE}), "not a curves file with format_version 1"),
     "active curve missing": (json.dumps({**document(), "active": "other"}), "names 'other' as its active curve"),
     "no active curve": (json.dumps({"format_version": 1, "curves": CURVE}), "names None as its active"),
     "curves no table": (json.dumps({**document(), "curves": ["curve"]}), "names 'curve' as its active curve"),
-    "curve no table": (json.dumps({**document(), "curves": {"curve": [1, 2]}}), "holds list where timing constants"),
+    "curve no table": (
+        json.dumps({**document(), "curves": {"curve": [1, 2]}}),
+        "contains list instead of timing",
+    ),
 }
 
 

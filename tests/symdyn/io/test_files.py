@@ -100,7 +100,7 @@ def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
     with pytest.raises(FileProblem, match="cannot be written"):
         write_text(tmp_path / "file" / "inside.txt", "text")
     for place in (tmp_path / "file", tmp_path / "file" / "inside"):
-        with pytest.raises(FileProblem, match="no directory that can be written to"):
+        with pytest.raises(FileProblem, match="not a writable directory"):
             writable_directory(place)
 
 

@@ -184,7 +184,7 @@ class TestBadFile:
     @pytest.mark.parametrize("content", [b"hello\n", b"format_version: 1\n" * 40, b"PK\x03\x04" + bytes(99), bytes(64)])
     def test_something_else(self, path: Path, content: bytes) -> None:
         path.write_bytes(content)
-        assert_refused(path, FileProblem, "is no ONNX file that can be run")
+        assert_refused(path, FileProblem, "cannot be loaded as an ONNX model")
 
     @pytest.mark.parametrize("part", [0.01, 0.5, 0.99])
     def test_truncated(self, path: Path, part: float) -> None:
@@ -225,7 +225,7 @@ class TestBadFile:
 
     def test_no_metadata(self, path: Path) -> None:
         onnx.save(network(), path)
-        assert_refused(path, FileProblem, "no policy of symdyn", METADATA_KEY)
+        assert_refused(path, FileProblem, "not a symdyn policy", METADATA_KEY)
 
     @pytest.mark.parametrize(
         ("inputs", "outputs"),
@@ -276,7 +276,7 @@ class TestMismatch:
         names = list(GO2.joint_names)
         names[4], names[7] = names[7], names[4]
         write(path, metadata=edited(lambda d: d.update(joint_names=names)))
-        assert_refused(path, PolicyMismatch, "number 4", "'FR_thigh_joint'", "'FL_thigh_joint'")
+        assert_refused(path, PolicyMismatch, "joint 4", "'FR_thigh_joint'", "'FL_thigh_joint'")
 
     @pytest.mark.parametrize("change", ["order", "scale", "shorter", "extended"])
     def test_another_layout_of_known_terms_is_the_files_own(self, path: Path, change: str) -> None:

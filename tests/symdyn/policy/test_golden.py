@@ -112,7 +112,7 @@ def test_labels_in_another_order_are_refused(path):
     term["labels"].reverse()
     rewrite(path, {METADATA_KEY: json.dumps(meta)})
     with pytest.raises(
-        PolicyMismatch, match="observes 'phase_offset' in the order RH LH RF LF, but this symdyn supplies"
+        PolicyMismatch, match="observes 'phase_offset' in the order RH LH RF LF, but this version of symdyn supplies"
     ):
         Policy.load(path)
 

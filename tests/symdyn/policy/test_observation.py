@@ -192,7 +192,7 @@ class TestLayoutOfAFile:
         [
             (
                 [{"name": "height_map", "size": 100, "scale": 1.0}],
-                "observes 'height_map', which this symdyn cannot",
+                "observes 'height_map', which this version of symdyn cannot",
             ),
             ([{"name": "clock_sin", "size": 8, "scale": 1.0}], "observes 'clock_sin' with 8 numbers.*supplies 4"),
             ([{"name": "clock_sin", "size": 4, "scale": 1.0}] * 2, "observes 'clock_sin' twice"),

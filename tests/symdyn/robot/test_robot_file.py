@@ -114,7 +114,7 @@ def test_a_bad_file_is_refused_by_its_key(tmp_path: Path, edit: Callable[[Any], 
 @pytest.mark.parametrize(("name", "kind"), [("mine.toml", "TOML"), ("mine.json", "JSON")])
 def test_what_is_no_toml_or_json_is_refused(tmp_path: Path, name: str, kind: str) -> None:
     (tmp_path / name).write_text("<robot name='go2'/>")
-    with pytest.raises(FileProblem, match=f"is no robot file: not valid {kind}"):
+    with pytest.raises(FileProblem, match=f"is not a robot file: it is not valid {kind}"):
         get_robot(str(tmp_path / name))
     with pytest.raises(FileProblem, match="cannot be read"):
         get_robot(str(tmp_path / f"other{name}"))
