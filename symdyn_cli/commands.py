@@ -42,7 +42,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "robots": Command(
             "symdyn_cli.robots",
             None,
-            "the robots that --robot takes by name, with what their robot files say",
+            "the robots known by name, and their robot files",
             "symdyn robots go2",
             names="symdyn.robot.robot_file:ROBOTS",
         ),
@@ -69,7 +69,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "fit-curves": Command(
             "slip.cli.fit_curves",
             "slip",
-            "stride period and duty factor over speed: fit to passive gaits and, apart, to a policy's trials",
+            "stride period and duty factor over speed, fitted to passive gaits or to a policy's trials",
             "symdyn fit-curves --robot go2 --trials out/mine/timing_sweep.json",
         ),
         "study": Command(
@@ -100,7 +100,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "experiment": Command(
             "rl.cli.experiment",
             "rl",
-            "the experiments of the paper's Results section, each with figures and a table paper against ours",
+            "the experiments of the paper's Results section, each with figures and a table paper, goal, here",
             "symdyn experiment velocity gaits --out out/experiments",
             names="rl.experiments.catalogue:EXPERIMENTS",
         ),
@@ -133,7 +133,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "bridge": Command(
             "hardware.cli.bridge",
             "bridge",
-            "between a Go2's own wire (DDS) and the deployer, with a guard that damps",
+            "connect a Go2's own wire (DDS) to the deployer; a guard damps if it fails",
             "symdyn bridge --interface eth0",
         ),
         "robot-sim": Command(
@@ -145,7 +145,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "analyze": Command(
             "hardware.cli.analyze",
             "hardware",
-            "a log of the robot as the paper's hardware figures: contacts, velocity, torque, cost of transport",
+            "figures and metrics of a robot log: contacts, velocity, torque, cost of transport",
             "symdyn analyze run.lcmlog --out out/run",
         ),
         "calibrate-feet": Command(
@@ -157,7 +157,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "replay": Command(
             "hardware.cli.replay",
             "hardware",
-            "a log once more through the controller, which must do the same",
+            "run the controller on a log again: it must do the same, bit for bit",
             "symdyn replay run.lcmlog",
         ),
     },
@@ -165,7 +165,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "completion": Command(
             "symdyn_cli.completion",
             None,
-            "a script with which the Tab key completes commands and options, for bash, zsh or fish",
+            "a script for bash, zsh or fish that completes commands and options with the Tab key",
             "symdyn completion bash > ~/.local/share/bash-completion/completions/symdyn",
             names="symdyn_cli.arguments.completion:SHELLS",
         ),

@@ -55,13 +55,13 @@ class JoystickConfig:
     damping (Passive). Left stick: forward and lateral velocity. Right stick: turning. Buttons: gaits.
 
     Attributes:
-        buttons: the gait of each.
-        next_state: shoulder button that goes on.
+        buttons: the gait of each button.
+        next_state: shoulder button for the next state.
         to_passive: shoulder button that ends the damping.
-        stop: shoulder buttons that stop.
-        max_speed: forward speed of a stick pushed all the way, m/s; the policy's range is the limit of it.
-        max_lateral_speed: m/s.
-        max_yaw_rate: rad/s.
+        stop: shoulder buttons that stop the robot.
+        max_speed: forward speed at full deflection of the stick, m/s; never more than the policy's range.
+        max_lateral_speed: lateral speed at full deflection, m/s.
+        max_yaw_rate: yaw rate at full deflection, rad/s.
         dead_zone: stick positions below this count as 0.
     """
 
@@ -125,13 +125,13 @@ def check_gaits(config: JoystickConfig, policy: Policy) -> None:
 
 
 KEYS = {
-    "Enter": "go on: Passive to Stand, Stand to Run",
-    "space": "stop: damp",
-    "p": "end the damping: Passive",
-    "1 to 8": "gait of the buttons A B X Y up right down left",
-    "w s": "a tenth of the top speed more forward, more backward",
+    "Enter": "next state, Passive to Stand to Run",
+    "space": "stop and damp the robot",
+    "p": "end the damping",
+    "1 to 8": "gait of button A, B, X, Y, up, right, down, left",
+    "w s": "a tenth of the top speed more forwards, backwards",
     "a d": "a tenth more to the left, to the right",
-    "q e": "turn a tenth more to the left, to the right",
+    "q e": "a tenth more turning to the left, to the right",
     "0": "stand still",
 }
 """What the keys do."""

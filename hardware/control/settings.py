@@ -18,30 +18,33 @@ class SafetyConfig:
     """When to leave Stand or Run for Damp, and what targets are let through. ``docs/robot.md`` has the table.
 
     Attributes:
-        stale_s: age of the newest joint or IMU message, s; ten messages at the bridge's 500 Hz.
-        frozen_s: time without any change in the numbers, s; a real encoder's and gyroscope's last digits never rest.
-        message_rate: messages/s of the bridge on each channel of the state, 500 for a Go2.
-        rate_factor: times ``message_rate``, as the median over 0.2 s; two robots on one URL send twice as many.
-        joystick_s: age of the newest joystick message, s.
-        tilt: angle between the trunk's z axis and the vertical, rad; below the bridge's own 0.8, and above the 0.52 of
-            the shipped policy's hardest reversals in simulation.
-        quaternion_tolerance: allowed deviation of the quaternion's length from 1.
+        stale_s: largest age of the newest joint or IMU message, s; 0.05 is ten messages at the bridge's 500 Hz.
+        frozen_s: longest time without a change in any number, s; the last digits of a real encoder and gyroscope always
+            change.
+        message_rate: rate of the bridge's messages on each channel of the state, 1/s; 500 for a Go2.
+        rate_factor: largest multiple of ``message_rate``, as the median over 0.2 s; two robots on one URL send twice as
+            many.
+        joystick_s: largest age of the newest joystick message, s.
+        tilt: largest angle between the trunk's z axis and the vertical, rad; below the bridge's own 0.8, and above the
+            0.52 of the shipped policy's hardest reversals in simulation.
+        quaternion_tolerance: largest deviation of the quaternion's length from 1.
         position_margin: how far beyond its range a joint may read, rad; in simulation calves reach 0.11 at touchdown.
-        velocity_factor: times the URDF's velocity limit, as a mean over ``velocity_s``. The shipped policy's peaks in
-            simulation, which knows no such limit, are three times the calf's.
-        velocity_s: s.
-        torque_factor: times the URDF's torque limit, during all of ``torque_s``.
-        torque_s: s.
-        overruns: late ticks in a row.
+        velocity_factor: largest multiple of the URDF's velocity limit, as a mean over ``velocity_s``. The shipped
+            policy's peaks in simulation, which has no such limit, are three times the calf's.
+        velocity_s: time over which a joint's speed is averaged, s.
+        torque_factor: largest multiple of the URDF's torque limit, during all of ``torque_s``.
+        torque_s: time for which a torque must be too large, s.
+        overruns: number of late ticks in a row that is a fault.
         target_rate: fastest change of a joint target, rad/s; one and a half times what the shipped policy asks for in
             99.9% of its steps.
-        target_lead: how far beyond its range a joint's target may lie, in parts of the joint's own distance from that
-            end. So a joint is never driven into its stop, and pushing off through a stretching knee remains possible.
-        damping_kd: gain of damping, N m s/rad; less where a joint is so fast that its torque limit would be passed.
-        wiggle: by how much each joint is moved at stand, rad.
-        wiggle_answer: the least share of it that the joint must answer, and the most that another may.
-        tilt_explained: the least share of the trunk's tilting at stand, while the knees are moved, that another order
-            of the legs must explain to be taken for the true one.
+        target_lead: how far beyond its range a joint's target may lie, in multiples of the joint's own distance from
+            that end. So a joint is never driven into its stop, and can still push off through a stretching knee.
+        damping_kd: velocity gain of damping, N m s/rad; less for a joint so fast that its torque limit would be
+            exceeded.
+        wiggle: angle by which each joint is moved at stand, rad.
+        wiggle_answer: smallest share of ``wiggle`` by which the joint must follow, and largest by which another may.
+        tilt_explained: smallest share of the trunk's tilt at stand, while the knees are moved, that another order of
+            the legs must explain to be taken for the true one.
         stand_error: largest deviation of a joint from the stance at the end of Stand, rad.
     """
 
@@ -76,11 +79,11 @@ class StandConfig:
 
     Attributes:
         rise_s: time from the measured pose to the stance, s.
-        ramp_s: in which the gains rise from zero, s.
-        settle_s: time to come to rest before the joints are wiggled, s.
-        wiggle_s: time for each joint, s.
-        kp: N m/rad; above the policy's, so that the robot reaches its stance from the floor.
-        kd: N m s/rad.
+        ramp_s: time in which the gains rise from zero, s.
+        settle_s: time to come to rest before the joints are moved one by one, s.
+        wiggle_s: time for which each joint is moved, s.
+        kp: position gain, N m/rad; above the policy's, so that the robot reaches its stance from the floor.
+        kd: velocity gain, N m s/rad.
     """
 
     rise_s: float = 2.0
@@ -99,11 +102,11 @@ class Settings:
     """All of them.
 
     Attributes:
-        safety: limits.
+        safety: faults and limits.
         stand: standing up.
-        joystick: what sticks and buttons mean.
-        contact: which feet bear load.
-        estimator: velocity of the trunk, for display and log only.
+        joystick: sticks and buttons.
+        contact: contact of the feet.
+        estimator: estimate of the trunk's velocity, for display and log only.
     """
 
     safety: SafetyConfig = field(default_factory=SafetyConfig)

@@ -15,11 +15,11 @@ class ContactConfig:
     """When a foot counts as bearing load.
 
     Attributes:
-        source: "force": the sensors in the feet. "torque": the vertical force that the joints' torques tell of; for a
-            robot whose feet have no sensors, or bad ones. "auto": the sensors, unless all four have shown 0 from the
-            start, as without sensors (unitree_mujoco's); then the torques, until one shows something else.
+        source: "force": the sensors in the feet. "torque": the vertical force estimated from the joint torques, for a
+            robot with bad foot sensors or none. "auto": the sensors, unless all four have read 0 from the start, as in
+            unitree_mujoco; then the torques, until a sensor reads something else.
         thresholds: raw foot force above which a foot bears load, LH LF RF RH. Users of the Go2 report that 20 to 60
-            parts stance from swing; ``symdyn calibrate-feet`` measures it.
+            separates stance from swing; ``symdyn calibrate-feet`` measures it.
         vertical_force: the same for "torque", N. A standing Go2 has 40 N on each foot.
         release: share of the threshold below which a foot is off the ground again.
         bandwidth: of the observer of "torque", rad/s. Slower, it is late; faster, swinging legs seem to push.

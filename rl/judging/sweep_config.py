@@ -23,7 +23,7 @@ class SweepConfig:
         duty_factors: factors on its duty factor.
         speeds: commanded forward velocities, m/s; none is 0, where there is no cost of transport.
         gaits: names from the library.
-        seeds: of the initial stride phase.
+        seeds: seeds of the initial stride phase.
         seconds: length of a trial from a stand, s; the first second is not judged.
     """
 

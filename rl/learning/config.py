@@ -29,18 +29,18 @@ class PPOConfig:
         initial_std: standard deviation of the action noise at the start.
         steps: environment steps between two updates.
         epochs: passes over the data of an update.
-        mini_batches: per pass.
-        learning_rate: at the start; adapted to ``desired_kl`` between updates.
-        desired_kl: target of the adaptation.
-        discount: gamma.
-        gae_lambda: lambda.
-        clip: epsilon.
+        mini_batches: number of mini-batches in a pass.
+        learning_rate: learning rate at the start; adapted to ``desired_kl`` between updates.
+        desired_kl: target of that adaptation: KL divergence of an update.
+        discount: discount factor gamma.
+        gae_lambda: lambda of the generalised advantage estimate.
+        clip: clipping range epsilon of the probability ratio.
         entropy: weight of the entropy bonus.
-        value_weight: of the value loss.
-        max_grad_norm: gradients are clipped to it.
-        privileged_critic: whether the critic also sees what only the simulator knows.
+        value_weight: weight of the value loss.
+        max_grad_norm: largest norm of the gradient; a larger one is scaled down.
+        privileged_critic: whether the critic also sees quantities that only the simulator has.
         equivariant: whether actor and critic are equivariant under the left-right mirror by construction.
-        mixed_precision: bfloat16 in the update: ``auto`` where the processor computes with it.
+        mixed_precision: bfloat16 in the update; ``auto`` uses it where the processor supports it.
     """
 
     hidden: tuple[int, ...] = (512, 256, 128)
@@ -80,19 +80,20 @@ class TrainConfig:
     """A training run. Every setting but the stages is a flag of ``symdyn train``; a settings file has all of them.
 
     Attributes:
-        preset: where the defaults of this configuration came from.
+        preset: set of defaults that this configuration started from.
         robot: name of the robot, or its robot file (symdyn robots lists the names).
-        iterations: updates in total, those before a resume included.
+        iterations: total number of updates, those before a resume included.
         num_envs: robots simulated in parallel.
-        seed: of everything random.
-        threads: of physics and networks; 0 takes every processor.
-        timing: a curves file (symdyn.gait.timing) to sample T(v) and beta(v) from; None takes the paper's constants.
-        torque_knee: that the motors have in training (Robot.torque_knee); None takes the robot file's.
+        seed: seed of all random numbers.
+        threads: threads for physics and networks; 0 uses every processor.
+        timing: curves file, as symdyn fit-curves writes it, for T(v) and beta(v); the paper's constants if left out.
+        torque_knee: share of the velocity limit from which on a motor's torque falls in training (Robot.torque_knee);
+            the robot file's if None.
         checkpoint_every: updates between two checkpoints.
-        keep_every: checkpoints of every so many updates stay; of the others only the newest two.
+        keep_every: keep the checkpoints of every so many updates; of the others only the newest two remain.
         candidates: how many of the last checkpoints are compared at the end, by validation on commands and seeds that
             no experiment uses; the best of them and their mean becomes RUN/policy.onnx. 0 exports nothing.
-        engine: settings of the physics that is learned in.
+        engine: physics of the training.
         env: the task.
         ppo: the learner.
         stages: what changes on the way; empty for nothing. The run ends with its last stage, or with ``iterations``.

@@ -15,14 +15,14 @@ class EngineConfig:
     """How MuJoCo integrates and solves for contact forces; the defaults are those that policies are judged in.
 
     Attributes:
-        timestep: of the physics, s. The robot's control step must be a multiple of it.
+        timestep: physics step, s. The robot's control step must be a multiple of it.
         integrator: ``implicitfast``, ``implicit`` or ``euler``.
-        solver: of the contact forces: ``newton``, ``cg`` or ``pgs`` (projected Gauss-Seidel).
-        cone: of friction: ``elliptic`` or ``pyramidal``. The pyramidal one is weaker along its diagonals.
+        solver: solver of the contact forces: ``newton``, ``cg`` or ``pgs`` (projected Gauss-Seidel).
+        cone: friction cone: ``elliptic`` or ``pyramidal``. The pyramidal one is weaker along its diagonals.
         impratio: stiffness of friction relative to that of the normal force. With 10 loaded feet creep ten times less
             than with MuJoCo's default of 1.
-        iterations: of the solver, at most.
-        ls_iterations: of Newton's line search, at most.
+        iterations: most iterations of the solver.
+        ls_iterations: most iterations of Newton's line search.
     """
 
     timestep: float = 0.005

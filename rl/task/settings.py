@@ -20,7 +20,7 @@ class CommandConfig:
     Attributes:
         gaits: names from the library.
         choose: ``class`` draws a symmetry class first and then one of its gaits; ``gait`` draws a gait.
-        weights: how much oftener than by that each gait is drawn, in the order of ``gaits``; empty for all alike.
+        weights: relative sampling weight of each gait, in the order of ``gaits``; all alike if empty.
         offset_noise: half-width of the uniform noise on each offset, strides.
         noise_keeps_class: legs in phase share their noise, so that K and the pairs sigma(i, j) of the gait survive;
             False draws it leg by leg (paper), with which a pair survives in 44% of the draws (epsilon_sigma 0.01).
@@ -31,21 +31,20 @@ class CommandConfig:
         forward_share: share of commands with v_x > 0, where the range has both signs; None draws uniformly from the
             range (paper). Forward running is learned later than backward running.
         velocity_y: range of lateral velocity, m/s.
-        yaw_rate: rad/s.
-        lateral_acceleration: largest |v_x * yaw rate|, m/s^2: the faster the robot runs, the less it is told to turn;
-            None for no bound.
+        yaw_rate: range of the yaw rate, rad/s.
+        lateral_acceleration: largest |v_x * yaw rate|, m/s^2: fast robots are told to turn less; None for no bound.
         turn_share: share of the commands with a yaw rate; in the others it is zero.
         sidestep_share: share of the commands with a lateral velocity.
         in_place_share: share of the commands without a forward velocity.
-        stand_share: share of the commands that are zero altogether.
+        stand_share: share of the commands that are zero.
         steered: whether commands pass through ``steering``: small ones are zero, and at zero command the robot stands
             still. False steps in place (paper).
         steering: dead band and heading hold.
         hold_share: share of the robots, the first ones, whose heading is held while their command has no yaw rate.
         velocity_first_s: time into the episode of the first change of velocity, drawn from this range, s.
         velocity_again_s: time between later changes, s; empty for none.
-        gait_first_s: as for the velocity.
-        gait_again_s: as for the velocity.
+        gait_first_s: time into the episode of the first change of gait, drawn from this range, s.
+        gait_again_s: time between later changes of gait, s; empty for none.
         time_reversal: the map of the paper's eq. (7) for v < 0; False is an ablation of the paper.
     """
 

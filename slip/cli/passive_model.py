@@ -39,18 +39,18 @@ class PassiveModelArguments:
     """The spring-loaded model: the literature's (k 10, ks 20, J 2) unless a robot is named.
 
     Attributes:
-        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file: the model is measured on its
-            description.
-        urdf: a description of any robot with four legs instead.
-        feet: its four foot links, in any order; the ends of its kinematic tree if left out.
-        srdf: a file with its nominal stance; all joints at zero if left out.
-        k: mean stiffness of a leg, M g / torso length.
-        ks: stiffness of the spring that swings a leg, which swings with sqrt(ks) / l.
+        robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file: the model is computed from its
+            URDF.
+        urdf: URDF of any robot with four legs, instead of --robot.
+        feet: the four foot links of --urdf, in any order; the ends of the kinematic tree if left out.
+        srdf: SRDF with the nominal stance of --urdf, a group state called 'standing'; all joints at zero if left out.
+        k: mean leg stiffness, M g / torso length.
+        ks: stiffness of the swing spring; a leg swings with the frequency sqrt(ks) / l.
         J: pitch inertia of the torso, M torso length^2.
-        rest_length: of a leg, torso lengths.
-        lb: from the hind hip to the centre of mass, torso lengths; 0.5 is a symmetric torso.
-        kr: hind over front leg stiffness.
-        resting_angle: of a leg that swings out, rad, positive forwards.
+        rest_length: leg length, torso lengths.
+        lb: distance of the centre of mass from the hind hip, torso lengths; 0.5 is a symmetric torso.
+        kr: stiffness of a hind leg over that of a front leg.
+        resting_angle: angle about which a leg swings, rad, positive forwards.
     """
 
     robot: RobotOption = None

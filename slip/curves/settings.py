@@ -22,10 +22,10 @@ class Selection:
     """Which orbits the passive curves are fitted to.
 
     Attributes:
-        families: names such as PK, TR; all that have orbits in the range if empty, but for the pace PC: in the plane it
-            is the trot with its front legs exchanged, of the same timing, and would only count that twice.
+        families: names such as PK, TR. If empty, all with orbits in the range but the pace PC, which in the plane has
+            the timing of the trot and would count it twice.
         speeds: range of v* = v / sqrt(g l); the default is that of the trainer's commands, 2 m/s with legs of 0.4 m.
-        weights: what an orbit counts: speed, the range of speeds that it stands for; orbit, one; family, as speed, with
+        weights: weight of an orbit: speed, the range of speeds that it stands for; orbit, one; family, as speed, but
             the same sum for every family.
         stable_only: leave out orbits with a Floquet multiplier outside the unit circle.
     """
@@ -70,9 +70,9 @@ class ChoiceConfig:
     """Which trials may calibrate.
 
     Attributes:
-        tracking_limit: largest error of the mean forward velocity, m/s.
-        min_weight: smallest weight of a trial; in a table of symdyn evaluate --sweep-timing the share of strides in the
-            commanded gait.
+        tracking_limit: largest error of the mean forward velocity of a trial that counts, m/s.
+        min_weight: smallest weight of a trial that counts; in a table of symdyn evaluate --sweep-timing the share of
+            strides in the commanded gait.
         speed_bin: width of the bins of commanded speed, m/s, the first about 0.
     """
 
@@ -107,11 +107,11 @@ class Grid:
     """Values to combine, each with each.
 
     Attributes:
-        k: leg stiffness, M g / torso length; the base model's if empty, as all of these.
+        k: leg stiffness, M g / torso length. This and the next four are the base model's if left out.
         ks: swing stiffness.
         J: pitch inertia, M torso length^2.
         lb: distance of the centre of mass from the hind hip, torso lengths.
-        kr: hind over front leg stiffness.
+        kr: stiffness of a hind leg over that of a front leg.
     """
 
     k: tuple[float, ...] = ()
@@ -151,7 +151,7 @@ class Workers:
     """Who does the work.
 
     Attributes:
-        jobs: cells at a time; 0 takes every processor.
+        jobs: models at a time; 0 uses every processor.
         backend: loky (processes on this machine), ray or dask (a cluster; the package of that name must be installed).
     """
 

@@ -13,10 +13,10 @@ class AnimationConfig:
     """How a gait is shown.
 
     Attributes:
-        strides: how many.
-        seconds: that a stride takes on screen; the picture says by how much that is slowed down.
+        strides: number of strides.
+        seconds: time that a stride takes on screen, s; the picture states the slow motion.
         fps: frames a second.
-        width: of the picture, pixels; the height is 9/16 of it.
+        width: width of the picture, pixels; the height is 9/16 of it.
         forces: whether ground reaction forces are drawn.
     """
 

@@ -110,16 +110,28 @@ def _help(kind: Any, prog: str, introduction: str, default: Any) -> Any:
             _cli(kind, ["--help"], prog, _PLACE, default)
     finally:
         text = captured.getvalue().replace(_PLACE, wrapped(introduction))
-        sys.stdout.write(_without_none(text))
+        sys.stdout.write(_without_marks(_without_none(text)))
+
+
+def _without_marks(text: str) -> str:
+    """Leave out the double backquotes of docstrings, and the braces around an optional list of values."""
+    rows = []
+    for row in text.splitlines(keepends=True):
+        plain = re.sub(r"\{([A-Z \[\].]+)\}", r"\1  ", row)
+        edge = plain.rfind("│")
+        rows.append(
+            plain[:edge].replace("``", "") + "  " * plain[:edge].count("``") + plain[edge:] if edge > 0 else plain
+        )
+    return "".join(rows)
 
 
 def _without_none(text: str) -> str:
-    """Leave out ``(default: None)``, which tells a reader nothing; a row that held nothing else goes with it."""
+    """Leave out a default of None or of nothing; a row that held nothing else goes with it."""
 
     def erased(match: re.Match[str]) -> str:
         return re.sub(r"[^│\n]", "\0", match[0])
 
-    text = re.sub(r"\(default:( *│?\n│? *)None\)|\(default: None\)", erased, text)
+    text = re.sub(r"\(default:(?: *│?\n│? *| )(?:None)?\)", erased, text)
     rows = (row for row in text.splitlines(keepends=True) if not ("\0" in row and not row.strip("│ \0\n")))
     return "".join(rows).replace("\0", " ")
 

@@ -29,11 +29,11 @@ class PlayArguments:
     Attributes:
         policy: policy file; the shipped policy if left out.
         robot: name or robot file; the robot of the policy if left out.
-        port: of the page; 0 takes a free port.
+        port: port of the page; 0 chooses a free one.
         host: address on which the page is served. 127.0.0.1 serves this computer only; 0.0.0.0 serves everybody on the
             network, without a password.
         robot_sim: show the robot on this LCM URL; without a URL LCM_DEFAULT_URL, or LCM's default.
-        seed: of the stride phase at each start.
+        seed: seed of the stride phase at each start.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None

@@ -37,13 +37,13 @@ class RobotSimArguments:
         fault: fault to inject; listed above.
         fault_at: time of the fault, s.
         fault_since: origin of that time: the start of this command, the first targets of Stand, or of Run.
-        fault_for: duration, s; the usual one of the fault if left out.
+        fault_for: duration of the fault, s; the usual one if left out.
         fault_size: size of the fault; listed above if left out.
         noise: add noise to the sensors.
         wakes_at: time at which the bridge receives the robot, s; until then it publishes zeros, as the real one does.
         realtime: request real-time scheduling, as symdyn deploy does.
-        seed: of noise, biases, the feet's units and the fault's chance.
-        duration: s; until the end of the script, or Ctrl-C, if left out.
+        seed: seed of noise, biases, the feet's units and random faults.
+        duration: how long to simulate, s; until the end of the script, or Ctrl-C, if left out.
         out: file for a summary (JSON): limits held, falls, silences, reaction to the fault, rates.
     """
 

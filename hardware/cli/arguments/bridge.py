@@ -14,18 +14,18 @@ from symdyn.io.command_line import introduction_of, parsed
 
 @dataclass(frozen=True)
 class BridgeArguments:
-    """The robot's own wire (DDS: rt/lowstate, rt/lowcmd, 500 Hz) to the LCM messages that symdyn deploy speaks, and
-    back. Start it before the deployer, with the robot lying or hung up: its own controller is released first, and a
-    robot that stands on it goes limp.
+    """Connect a Go2's own wire (DDS: rt/lowstate, rt/lowcmd, 500 Hz) to the LCM messages of symdyn deploy. Start it
+    before the deployer, with the robot lying or hung up: the bridge first releases the robot's own controller, and a
+    robot that stands goes limp.
 
     Attributes:
-        interface: of the robot's cable, as `ip -br address` shows it; what CYCLONEDDS_URI or Cyclone DDS says if left
-            out. lo is for simulators on this computer.
-        domain: of DDS; a Go2's is 0, that of simulators 1.
-        url: of LCM, the same as the deployer's. LCM_DEFAULT_URL if not given.
+        interface: network interface of the robot's cable, as `ip -br address` shows it; if left out, that of
+            CYCLONEDDS_URI or Cyclone DDS's choice. lo is for simulators on this computer.
+        domain: DDS domain: 0 for a Go2, 1 for simulators.
+        url: LCM URL, the same as the deployer's; LCM_DEFAULT_URL or LCM's default if left out.
         keep_service: do not release the robot's motion service; for simulators that have none.
-        damping_kd: gain of the damping of bridge and guard, N m s/rad.
-        realtime: ask for real-time scheduling and for idle processors that stay awake; see docs/robot.md.
+        damping_kd: velocity gain of the damping by bridge and guard, N m s/rad.
+        realtime: request real-time scheduling and keep idle processors awake; see docs/robot.md.
         out: file for a summary (JSON): rates, times, wrong messages, why the motors were damped.
     """
 
@@ -47,7 +47,8 @@ def _help() -> str:
     return (
         f"{introduction_of(BridgeArguments)}\n\n"
         "Nothing is sent before the first targets. Then each goes out at once and is repeated 500 times a second. "
-        f"{1e3 * SILENCE_S:.0f} ms without targets are damping; a guard, a process of its own, damps after "
-        f"{1e3 * STALL_S:.0f} ms without a command of the bridge. Another program that commands the motors, a dead "
-        "guard or a stall damp for good.\n\nCtrl-C damps the robot and goes on damping; once more ends the program."
+        f"After {1e3 * SILENCE_S:.0f} ms without targets the bridge damps the robot. A separate guard process damps it "
+        f"after {1e3 * STALL_S:.0f} ms without a command of the bridge. If another program commands the motors, the "
+        "guard dies or the bridge stalls, damping lasts until the bridge is restarted.\n\n"
+        "Ctrl-C damps the robot; a second Ctrl-C ends the program."
     )

@@ -83,8 +83,8 @@ def _help() -> str:
     keys = "; ".join(f"{key}: {what}" for key, what in KEYS.items())
     return (
         f"{introduction_of(DeployArguments)}\n\n"
-        f"Joystick. {joystick.next_state}: go on, Passive to Stand to Run. {' or '.join(joystick.stop)}: stop, the "
-        f"robot is damped. {joystick.to_passive}: end the damping. Left stick: velocity. Gaits: {gaits}. Each can be "
-        f"changed by an option below.\n\nKeys with --keyboard. {keys}.\n\n"
-        "Ctrl-C damps the robot and goes on damping; once more, or the button that ends the damping, ends the program."
+        f"Joystick. {joystick.next_state}: next state, Passive to Stand to Run. {' or '.join(joystick.stop)}: stop and "
+        f"damp the robot. {joystick.to_passive}: end the damping. Left stick: velocity. Right stick: turning. Gaits: "
+        f"{gaits}. The options --joystick.* change them.\n\nKeys with --keyboard. {keys}.\n\n"
+        "Ctrl-C damps the robot; a second Ctrl-C, or the button that ends the damping, ends the program."
     )

@@ -27,7 +27,8 @@ class EvaluateArguments:
     Attributes:
         policy: policy file; the shipped policy if left out.
         robot: name or robot file; the robot of the policy if left out.
-        suite: quick (a minute or so, one seed) or paper (every protocol of the paper's Results section, five seeds).
+        suite: quick (about half a minute, one seed) or paper (every protocol of the paper's Results section, five
+            seeds).
         out: output directory; out/POLICY if left out.
         sweep_timing: write timing_sweep.csv and timing_sweep.json instead of running a suite.
         sweep: range of --sweep-timing.

@@ -28,10 +28,10 @@ class RecordArguments:
         robot: name or robot file; the robot of the policy if left out.
         gaits: names from symdyn gaits, run one after another.
         speeds: forward speeds, m/s: one for each gait, or one for all. One gait can also have several speeds.
-        seconds: duration of each, s.
+        seconds: duration of each gait and speed, s.
         out: output file, .mp4 or .gif; out/ROBOT.mp4 if left out. MP4 needs imageio-ffmpeg.
         film: how it is shown.
-        seed: of the initial stride phase.
+        seed: seed of the initial stride phase.
     """
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None

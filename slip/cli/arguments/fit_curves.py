@@ -16,24 +16,25 @@ from symdyn.io.command_line import parsed
 
 @dataclass(frozen=True)
 class FitArguments:
-    """Fit T* = a_T (1 + b_T delta |v*|) exp(-c_T |v*|), and the duty factor alike.
+    """Fit stride period, T* = a_T (1 + b_T delta |v*|) exp(-c_T |v*|), and duty factor (same form) over speed.
 
-    Two fits that are kept apart: passive, to orbits of the spring-loaded model; calibrated, to trials of a trained
-    policy, if a table of them is given (symdyn evaluate --sweep-timing writes one). Writes curves.json for symdyn train
+    Makes two separate fits: passive, to orbits of the spring-loaded model; calibrated, to trials of a trained policy,
+    if a table of them is given (symdyn evaluate --sweep-timing writes one). Writes curves.json for symdyn train
     --timing, a figure and a report. Without trials the active curve of the file is the paper's, and the file says so.
 
     Attributes:
         model: the spring-loaded model: the go2's if no robot is named, with what is given instead.
-        reference: take the literature's model (k 10, ks 20, J 2), which is no robot's.
-        identify: choose k and ks so that the pronk at rest meets the targets; what is left to the model is the decay.
-        target: of --identify.
+        reference: use the literature's model (k 10, ks 20, J 2), which is not that of any robot.
+        identify: choose k and ks so that the pronk at rest meets the targets; then only the decay is a result of the
+            model.
+        target: targets of --identify.
         select: which orbits count, and how much.
         trials: table of trials, CSV or JSON.
-        choice: which of them calibrate.
-        active: which curve the trainer takes: passive, calibrated or paper. Default: calibrated if there are trials,
+        choice: which trials calibrate.
+        active: the curve that training uses: passive, calibrated or paper. Default: calibrated if there are trials,
             else paper.
-        bootstrap: intervals from so many resamplings of whole families, or gaits; 0 takes the covariance. Where there
-            are fewer than four families the covariance is taken, too.
+        bootstrap: number of bootstrap samples of whole families, or gaits, for the intervals. 0, or fewer than four of
+            them, uses the covariance.
         trot: search for trot and pace, too.
         carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute).
         cache: use and keep results of earlier searches.

@@ -27,7 +27,7 @@ class OrbitArguments:
         which: number of the gait if the family has several at this speed.
         out: output directory.
         animate: format of the animation. MP4 needs imageio-ffmpeg.
-        animation: how it is shown.
+        animation: the animation.
         cache: use and keep results of earlier searches.
     """
 

@@ -23,8 +23,8 @@ class StudyArguments:
 
     Attributes:
         grid: values to combine, as in --k 2 5 10 --ks 10 20 40 --J 0.2 2; what is not given is the base model's.
-        robot: whose model is the base: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq; the literature's (k 10, ks
-            20, J 2) if left out.
+        robot: the base model is that of this robot: go2, go1, a1, b1, solo12, anymal_b, anymal_c or hyq; the
+            literature's (k 10, ks 20, J 2) if left out.
         select: which orbits the curves are fitted to. A change needs no new tracing, but for another fastest speed.
         trot: search for trot and pace, too.
         carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute per

@@ -20,13 +20,13 @@ class SymmetryArguments:
 
     Attributes:
         robot: go2 (the default), go1, a1, b1, solo12, anymal_b, anymal_c or hyq, or a robot file.
-        urdf: a description of any robot with four legs instead.
-        feet: its four foot links, in any order; the ends of its kinematic tree if left out.
-        srdf: a file with its nominal stance, a group state called 'standing'; all joints at zero if left out.
+        urdf: URDF of any robot with four legs, instead of --robot.
+        feet: the four foot links of --urdf, in any order; the ends of the kinematic tree if left out.
+        srdf: SRDF with the nominal stance of --urdf, a group state called 'standing'; all joints at zero if left out.
         kp: position gain of every joint, N m/rad. Default: that of the robot file; without one, dynamically similar to
             the Go2's.
-        kd: velocity gain of every joint, N m s/rad; goes with --kp.
-        tolerances: largest errors of a symmetry.
+        kd: velocity gain of every joint, N m s/rad; needs --kp.
+        tolerances: largest errors that count as a symmetry.
         out: also write all results to this JSON file.
     """
 

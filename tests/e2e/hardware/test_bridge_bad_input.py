@@ -29,5 +29,5 @@ def test_help_says_what_damps_and_when(tmp_path):
     done = symdyn("bridge", "--help", cwd=tmp_path)
     assert done.returncode == 0
     told = " ".join(done.stdout.split())
-    for words in ("Nothing is sent before the first targets", "100 ms without targets are damping", "50 ms without"):
+    for words in ("Nothing is sent before the first targets", "After 100 ms without targets", "50 ms without"):
         assert words in told
