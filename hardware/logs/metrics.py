@@ -36,7 +36,7 @@ KEYS: Mapping[str, str] = MappingProxyType(
         "v_x_rms": "m/s: root mean square error of the estimated forward velocity against the true one",
         "v_y_rms": "m/s: the same of the lateral velocity",
         "yaw_rate_rms": "rad/s: the same of the yaw rate",
-        "contact_wrong": "1: share of legs and samples whose estimated contact is not the true one",
+        "contact_wrong": "1: share of time that the estimated contact of a foot is wrong",
     }
 )
 """Of a segment, as ``unit: meaning``."""

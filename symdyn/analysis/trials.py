@@ -34,7 +34,7 @@ COLUMNS: Mapping[str, str] = MappingProxyType(
         "gait": "name of the commanded gait; rows of different gaits are never compared in cost",
         "seed": "of the initial stride phase",
         "fell": "1 if the robot fell, 0 if it did not",
-        "gc_stance": "1: share of legs and samples whose contact is not the desired one",
+        "gc_stance": "1: share of time that feet are in the wrong contact state; 0 is perfect",
         "gait_identity": "1: share of strides that show the commanded gait",
         "samples": "number of recorded samples (physics steps) behind the row",
         "leg_length": "m: the length that makes v and T non-dimensional",

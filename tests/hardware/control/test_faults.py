@@ -16,7 +16,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "robot.md"
 
 
 def test_the_page_has_the_table_of_faults_as_the_code_has_it() -> None:
-    rows = table(["fault", "strikes when", "what it usually means", "what to do"], table_rows(vars(SafetyConfig())))
+    rows = table(["fault", "raised when", "usual cause", "what to do"], table_rows(vars(SafetyConfig())))
     assert "\n".join(rows) in PAGE.read_text()
 
 
