@@ -119,7 +119,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "demo": Command(
             "rl.cli.demo",
             "rl",
-            "a report on the policy that comes with symdyn, in a minute",
+            "a report on the policy that comes with symdyn",
             "symdyn demo --out out/demo",
         ),
     },

@@ -78,11 +78,11 @@ def _observation() -> str:
         "",
         "What a policy sees is an *observation*: a list of terms in a fixed order. Training knows",
         f"{' and '.join(sizes)}. `paper` is section III-C of the paper.",
-        "`extended` adds the cosine of the clock (the sine alone does not tell early from late) and the gyroscope.",
+        "`extended` adds the cosine of the clock (the sine alone has each value twice in a stride) and the gyroscope.",
         "",
-        "- Training chooses one by name: [`--env.observation`](settings.md#env), default `paper`.",
-        "- The policy file carries its own table: name, size and scale of each term. Evaluation and robot assemble",
-        "  what the file asks for, at the rate of the robot's `control_dt`.",
+        "- Training chooses one by name: [`--env.observation`](settings.md#env).",
+        "- The policy file contains its own table: name, size and scale of each term. Evaluation and robot assemble",
+        "  the observation that the file describes, at the rate of the robot's `control_dt`.",
         "- Training, evaluation and robot call the same function, [observe][symdyn.policy.observation.observe].",
         "",
         "The vector holds scale times value. Noise is the half-width of the uniform noise in training, before scaling.",
@@ -108,7 +108,7 @@ def _observation() -> str:
         "",
         "## Under the group",
         "",
-        "How an element of the [body's group](../theory/symmetry.md) acts on each term follows from what the term is:",
+        "How an element of the [body's group](../theory/symmetry.md) acts on a term follows from the kind of the term:",
         "a vector, a rotation, joints or legs.",
         "",
     ]
@@ -140,7 +140,7 @@ def _metrics() -> str:
     lines = [
         "# Metrics",
         "",
-        "What `metrics.json` of `symdyn evaluate` and `symdyn experiment` holds. Definitions:",
+        "The keys of `metrics.json`, which `symdyn evaluate` and `symdyn experiment` write. Definitions:",
         "[symdyn.analysis.metrics][]; a recording of the robot goes through the same functions.",
         "",
         "| key | unit | meaning |",
@@ -149,6 +149,6 @@ def _metrics() -> str:
     for key, text in KEYS.items():
         unit, _, meaning = text.partition(": ")
         lines.append(f"| `{key}` | {unit} | {meaning} |")
-    lines += ["", "Beside them:", "", "| key | meaning |", "|---|---|"]
+    lines += ["", "In addition:", "", "| key | meaning |", "|---|---|"]
     lines += [f"| `{key}` | {meaning} |" for key, meaning in EXTRA_KEYS.items()]
     return "\n".join(lines) + "\n"

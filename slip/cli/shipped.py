@@ -11,7 +11,7 @@ from pathlib import Path
 
 from slip.curves.cells import reaching
 from slip.curves.settings import Selection
-from slip.families.cache import SHIPPED, key
+from slip.families.cache import SEARCH_TIME, SHIPPED, key
 from slip.families.explore import ExploreConfig, explore
 from slip.families.store import save
 from slip.model.parameters import REFERENCE, SlipParameters
@@ -37,7 +37,7 @@ def renew(folder: Path = SHIPPED) -> None:
             shutil.rmtree(old)
     for name, (parameters, config) in diagrams.items():
         if not (folder / name).is_dir():
-            with console.status(f"{parameters} (one to three minutes)"):
+            with console.status(f"{parameters} ({SEARCH_TIME})"):
                 save(explore(parameters, config), folder / name)
         console.print(folder / name)
 

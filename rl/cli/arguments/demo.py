@@ -13,7 +13,7 @@ from symdyn.io.options import RobotOption
 @dataclass(frozen=True)
 class DemoArguments:
     """Evaluate the shipped policy: one network, six gaits, both directions. Nothing is trained. Writes report.md with
-    figures (footfalls, velocity tracking, cost of transport) in about a minute.
+    figures (footfalls, velocity tracking, cost of transport).
 
     Attributes:
         robot: name or robot file of the robot whose shipped policy is evaluated; the Go2 if left out.

@@ -36,7 +36,7 @@ class FitArguments:
         bootstrap: number of bootstrap samples of whole families, or gaits, for the intervals. 0, or fewer than four of
             them, uses the covariance.
         trot: search for trot and pace, too.
-        carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute).
+        carry: for families that no junction leads to, continue orbits of the reference parameters.
         cache: use and keep results of earlier searches.
         out: output directory.
     """

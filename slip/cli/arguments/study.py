@@ -27,8 +27,7 @@ class StudyArguments:
             literature's (k 10, ks 20, J 2) if left out.
         select: which orbits the curves are fitted to. A change needs no new tracing, but for another fastest speed.
         trot: search for trot and pace, too.
-        carry: for families that no junction leads to, continue orbits of the reference parameters (about a minute per
-            model).
+        carry: for families that no junction leads to, continue orbits of the reference parameters.
         workers: processes or cluster.
         retry_failed: repeat models that failed before.
         out: output directory.

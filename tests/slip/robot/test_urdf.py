@@ -126,7 +126,7 @@ def test_a_robot_without_four_legs(folder: str, file: str, said: str) -> None:
         (("RL_foot", "FL_foot", "FR_foot", "RR_toe"), "Unknown foot 'RR_toe'. Did you mean 'RR_foot'"),
         (("RL_foot", "FL_foot", "FR_foot", "base"), "Unknown foot 'base'"),
         (("RL_foot", "FL_foot", "FR_foot", "FR_calf"), "share the joint FR_calf_joint"),
-        (("RL_foot", "FL_foot", "FR_foot", "RR_hip"), "hangs on 1 joint"),
+        (("RL_foot", "FL_foot", "FR_foot", "RR_hip"), "is moved by 1 joint"),
     ],
 )
 def test_feet_that_are_none(feet: tuple[str, ...], said: str) -> None:
