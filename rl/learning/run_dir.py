@@ -32,7 +32,8 @@ def check_fresh(run: Path) -> None:
         FileProblem: if it does.
     """
     if (run / CONFIG).exists() or checkpoint.list_checkpoints(run):
-        raise FileProblem(run, f"already holds a run: continue it with --resume {run}, or choose another --out.")
+        name = shlex.quote(str(run))
+        raise FileProblem(run, f"already holds a run: continue it with --resume {name}, or choose another --out.")
 
 
 def reserve(preset: str, parent: Path = Path("runs")) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import shlex
 import signal
 import time
 from collections import deque
@@ -295,7 +296,7 @@ class Trainer:
         if good := checkpoint.list_checkpoints(self.run):
             advice = (
                 f"Its last checkpoint is from update {int(good[-1].stem)}. Continue from it in a new run with other "
-                f"settings, such as a lower learning rate: symdyn train --start-from {self.run}"
+                f"settings, such as a lower learning rate: symdyn train --start-from {shlex.quote(str(self.run))}"
             )
         else:
             advice = "It has no checkpoint yet. Start again with other settings, such as a lower learning rate."

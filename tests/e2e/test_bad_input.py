@@ -111,6 +111,19 @@ def test_a_directory_that_holds_a_run_is_not_overwritten_and_not_resumed_with_ot
     assert {path: path.read_bytes() for path in (tmp_path / "run").rglob("*") if path.is_file()} == before
 
 
+def test_a_run_whose_checkpoints_are_gone_is_refused_and_stays_as_it_is(tmp_path):
+    flags = ("--preset", "smoke", "--num-envs", "4", "--iterations", "1", "--candidates", "0")
+    assert symdyn("train", *flags, "--out", "run", cwd=tmp_path).returncode == 0
+    for path in (tmp_path / "run" / "checkpoints").iterdir():
+        path.unlink()
+    log = (tmp_path / "run" / "progress.jsonl").read_bytes()
+    assert log
+    assert_refused(
+        symdyn("train", "--resume", "run", "--iterations", "2", cwd=tmp_path), "no checkpoint", "nothing was"
+    )
+    assert (tmp_path / "run" / "progress.jsonl").read_bytes() == log
+
+
 def test_a_run_directory_without_a_run(tmp_path):
     (tmp_path / "empty").mkdir()
     assert_refused(symdyn("train", "--resume", "empty", cwd=tmp_path), "not a run of symdyn train")

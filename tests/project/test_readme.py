@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import re
 import shlex
 from pathlib import Path
@@ -78,6 +79,25 @@ def test_the_bibtex_is_that_of_the_bibliography():
 def _paper() -> str:
     text = (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")
     return text[text.index("@misc{ding2025towards") :]
+
+
+def test_the_headline_numbers_are_those_of_the_result_files():
+    here = {}
+    for name in ("gaits", "velocity", "robustness", "transitions"):
+        result = json.loads((ROOT / "docs" / "results" / f"{name}.json").read_text(encoding="utf-8"))
+        here[name] = {target["what"]: target["here"] for target in result["targets"]}
+    first = README.split("## Two commands")[0]
+    for number in (
+        f"{100.0 * here['gaits']['strides in the commanded gait, mean']:.1f}% on average",
+        f"{100.0 * here['gaits']['the same, worst gait and speed']:.1f}% for the worst",
+        f"{here['velocity']['steady-state speed error, mean, m/s']:.3f} m/s on average",
+        f"{here['velocity']['the same, worst gait and step, m/s']:.3f} m/s in the worst case",
+        f"| {here['robustness']['falls in 100 random sequences']:.0f} on the nominal robot",
+        f"only {here['robustness']['latency 20 ms: share of robots that did not fall']:.0%} of the robots",
+        f"is {here['gaits']['GC stance of the sequence']:.3f} (goal",
+        f"{here['transitions']['share of switches within one stride']:.0%} of the gait",
+    ):
+        assert number in first
 
 
 def test_the_first_screen_says_what_for_and_what_is_missed():

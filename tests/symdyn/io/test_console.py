@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from symdyn.io.console import print_command
 
 PRINTING = """
 import sys
@@ -48,3 +55,11 @@ def test_a_full_disk_ends_nothing() -> None:
         process = printing(full.fileno())
         _, errors = process.communicate("\n")
     assert (process.returncode, errors) == (0, "ready\ndone\n")
+
+
+@given(words=st.lists(st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z"), include_characters=" "))))
+def test_a_printed_command_is_read_by_a_shell_as_it_was_meant(words: list[str]) -> None:
+    out = io.StringIO()
+    print_command(Console(file=out, width=20), "symdyn", *words, comment="what it does")
+    assert out.getvalue().count("\n") == 1
+    assert shlex.split(out.getvalue(), comments=True) == ["symdyn", *words]
