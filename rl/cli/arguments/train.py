@@ -34,7 +34,6 @@ _FIRST = (
     "config.env.observation",
     "config.env.commands.gaits",
     "config.env.commands.velocity_x",
-    "config.env.rewards.x_velocity",
     "config.env.rewards.temporal",
     "config.env.rewards.morphological",
     "config.candidates",
