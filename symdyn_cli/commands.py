@@ -148,6 +148,12 @@ GROUPS: dict[str, dict[str, Command]] = {
             "figures and metrics of a robot log: contacts, velocity, torque, cost of transport",
             "symdyn analyze run.lcmlog --out out/run",
         ),
+        "identify": Command(
+            "hardware.cli.identify",
+            "hardware",
+            "what one machine's joints and motors are (delay, strength, gains, friction), from a log of two minutes",
+            "symdyn identify run.lcmlog --out robot_fit.toml",
+        ),
         "calibrate-feet": Command(
             "hardware.cli.calibrate_feet",
             "hardware",

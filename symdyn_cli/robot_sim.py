@@ -29,6 +29,7 @@ from symdyn.errors import InvalidValue, ResourceProblem
 from symdyn.io.console import log_to, make_console, print_written
 from symdyn.io.files import writable_directory, write_json
 from symdyn.robot.definition import Robot
+from symdyn.robot.fit import Fit, load_fit
 from symdyn.robot.legs import LEGS
 from symdyn.robot.robot_file import get_robot
 from symdyn_cli.arguments.robot_sim import RobotSimArguments
@@ -42,10 +43,11 @@ def simulated(
     wakes_at: float = 0.0,
     bridge: bool = True,
     world: World = TRAINING,
+    fit: Fit | None = None,
 ) -> SimulatedRobot:
     """A simulated robot: the trainer's model with knees. See SimulatedRobot."""
     model, sensors = add_knees(build_spec(robot), robot).compile(), [force_sensor(leg) for leg in LEGS]
-    return SimulatedRobot(model, robot, sensors, seed, start, noise, wakes_at, bridge, world)
+    return SimulatedRobot(model, robot, sensors, seed, start, noise, wakes_at, bridge, world, fit)
 
 
 def run(args: RobotSimArguments) -> int:
@@ -69,7 +71,8 @@ def run(args: RobotSimArguments) -> int:
         writable_directory(args.out.parent)
     robot = get_robot(args.robot)
     noise = None if args.noise else NO_NOISE
-    its = simulated(robot, args.seed, args.start, noise, args.wakes_at, not args.dds, scenario.world)
+    fit = None if args.fit is None else load_fit(args.fit, robot)
+    its = simulated(robot, args.seed, args.start, noise, args.wakes_at, not args.dds, scenario.world, fit)
     url = args.url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
     console = make_console()
     log_to(console)

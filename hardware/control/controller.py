@@ -1,6 +1,6 @@
 """The deployer's mind: from the newest messages to the next targets. No threads, no clock, no network in here.
 
-    Passive --R1--> Stand --R1--> Run
+    Passive --R1--> Stand --R1--> Run, or Identify
                       |            |      a fault, a stop button, a signal
                       +--> Damp <--+
     Passive <--L1---- Damp
@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntFlag, StrEnum
 
 import numpy as np
 
+from hardware.control.excitation import RATE, Excitation
 from hardware.control.faults import Fault
 from hardware.control.health import Health
 from hardware.control.joystick import check_gaits
@@ -42,12 +43,14 @@ _log = logging.getLogger(__name__)
 class State(StrEnum):
     """What the deployer is doing.
 
-    PASSIVE sends nothing. STAND stands the robot up and waits. RUN runs the policy. DAMP streams damping.
+    PASSIVE sends nothing. STAND stands the robot up and waits. RUN runs the policy. IDENTIFY moves
+    every joint by a script. DAMP streams damping.
     """
 
     PASSIVE = "passive"
     STAND = "stand"
     RUN = "run"
+    IDENTIFY = "identify"
     DAMP = "damp"
 
 
@@ -100,7 +103,7 @@ class Tick:
         state: after the tick.
         targets: to send now, or None (Passive).
         fault: why the robot is damped (Damp), or what stands in the way of standing up (Passive), or None.
-        ready: whether R1 would go on.
+        ready: whether R1 would go on; in Identify, whether the script is at its end.
         acted: whether the policy ran.
         gait: commanded.
         velocity_command: (3,) v_x, v_y (m/s), yaw rate (rad/s).
@@ -156,6 +159,8 @@ class Controller:
         self._kinematics = kinematics
         self.limits = JointLimits.of(policy.robot)
         self.mass = kinematics.mass
+        place = settings.identify
+        self._excitation = None if place == "no" else Excitation(policy.robot, self.limits, place)
         self._gaits = settings.joystick.gaits()
         self._stance = np.array(meta.default_joint_pos)
         self._health = Health(self.limits, settings.safety)
@@ -214,6 +219,8 @@ class Controller:
             targets, acted = self._run(dt, asked, joints, imu)
         elif self.state is State.STAND and joints is not None and imu is not None:
             targets = self._stand_targets(now, dt, joints, imu)
+        elif self.state is State.IDENTIFY and joints is not None:
+            targets = self._identify(now, dt, joints)
         if self.state is State.DAMP:  # from the start of this tick, or since a moment ago
             # joints that tell of a fault still tell how fast they are, and so how much damping their motors can give
             fresh = inputs.joints is not None and now - inputs.joints.arrival <= self.settings.safety.stale_s
@@ -255,8 +262,11 @@ class Controller:
                 self._stand = StandUp(
                     joints.pos, self._stance, self.settings.stand, self.settings.safety, self._kinematics
                 )
-            case State.STAND | State.RUN if fault is not None:
+            case State.STAND | State.RUN | State.IDENTIFY if fault is not None:
                 self._enter(State.DAMP, fault)
+            case State.STAND if on and self._stood and self._excitation is not None:
+                self._enter(State.IDENTIFY, None)
+                self._began = now
             case State.STAND if on and self._stood:
                 self._enter(State.RUN, None)
                 self._ticks_in_run = 0
@@ -279,6 +289,13 @@ class Controller:
                 self._enter(State.DAMP, verdict)
             self._stood = verdict is None
         return limited(self._stand.targets(time), self._sent, dt, joints, self.limits, self.settings.safety)
+
+    def _identify(self, now: float, dt: float, joints: Joints) -> Targets:
+        assert self._excitation is not None
+        wanted = Targets(self._excitation.positions(now - self._began), self._run_gains.kp, self._run_gains.kd)
+        safety = self.settings.safety
+        slow = replace(safety, target_rate=min(safety.target_rate, RATE))
+        return limited(wanted, self._sent, dt, joints, self.limits, slow)
 
     def _run(self, dt: float, asked: tuple[float, float, float], joints: Joints, imu: Imu) -> tuple[Targets, bool]:
         driver = self._driver
@@ -321,12 +338,19 @@ class Controller:
         else:
             self._estimator.reset()
         timing = self._driver.timing()
+        over = (
+            self.state is State.IDENTIFY
+            and self._excitation is not None
+            and now - self._began >= self._excitation.duration
+        )
         arrivals = [np.inf if received is None else now - received.arrival for received in (inputs.joints, inputs.imu)]
         return Tick(
             state=self.state,
             targets=targets,
             fault=fault if self.state is State.PASSIVE else self._fault,
-            ready=(self.state is State.PASSIVE and fault is None) or (self.state is State.STAND and self._stood),
+            ready=(self.state is State.PASSIVE and fault is None)
+            or (self.state is State.STAND and self._stood)
+            or over,
             acted=acted,
             gait=self._gait,
             velocity_command=self._driver.command[0].copy(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
+from typing import Literal
 
 from hardware.control.joystick import JoystickConfig
 from hardware.estimation.settings import ContactConfig, EstimatorConfig
@@ -107,6 +108,9 @@ class Settings:
         joystick: sticks and buttons.
         contact: contact of the feet.
         estimator: estimate of the trunk's velocity, for display and log only.
+        identify: instead of running the policy, move every joint by a script of two minutes, for symdyn identify;
+            "hung" with the feet in the air (tells everything), "standing" with the feet on the floor (tells delays and
+            gains). The policy's gains hold, and every check and limit.
     """
 
     safety: SafetyConfig = field(default_factory=SafetyConfig)
@@ -114,6 +118,11 @@ class Settings:
     joystick: JoystickConfig = field(default_factory=JoystickConfig)
     contact: ContactConfig = field(default_factory=ContactConfig)
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
+    identify: Literal["no", "hung", "standing"] = "no"
+
+    def __post_init__(self) -> None:
+        if self.identify not in ("no", "hung", "standing"):
+            raise InvalidValue("identify", self.identify, "'no', 'hung' or 'standing'")
 
 
 def _check_positive(config: object, prefix: str) -> None:

@@ -136,7 +136,7 @@ def timing(ticks: Ticks) -> dict[str, Any]:
         ``state_age``, ``interval`` between ticks, ``compute``; number of ``ticks`` and ``overruns``.
     """
     known = (ticks.joints_number > 0) & (ticks.imu_number > 0)
-    driven = known & np.isin(ticks.state, [State.STAND, State.RUN])
+    driven = known & np.isin(ticks.state, [State.STAND, State.RUN, State.IDENTIFY])
     if not driven.any():
         driven = known
     both = driven[1:] & driven[:-1]

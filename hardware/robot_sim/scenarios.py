@@ -83,6 +83,10 @@ SCENARIOS: dict[str, Scenario] = {
         "stands up, runs in each of the six gaits for 6 s, lies down",
         _GAITS,
     ),
+    "identify": Scenario(
+        "for symdyn deploy --identify: stands up, lets every joint be moved, stops",
+        (*_STAND_UP, *_RUN, Step("lets every joint be moved", hold_s=128.0, upright=True), *_END[1:2]),
+    ),
     "unitree": Scenario(
         "six gaits, slippery floor, joint friction, feet that sense nothing",
         _GAITS,

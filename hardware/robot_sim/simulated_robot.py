@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.robot_sim.fitted_motors import SUBSTEP, FittedMotors
 from hardware.robot_sim.sensors import SensorNoise, Sensors, Truth, roll_pitch_yaw, rotate, rotate_inverse
 from hardware.robot_sim.settings import PERIOD, Start
 from hardware.robot_sim.world import TRAINING, World
@@ -21,6 +22,7 @@ from hardware.wire.readings import Joints
 from hardware.wire.sdk_order import JOINTS_FROM_SDK, JOINTS_TO_SDK, LEGS_TO_SDK
 from symdyn.robot.definition import Robot
 from symdyn.robot.descriptions import velocity_limits
+from symdyn.robot.fit import Fit
 from symdyn.robot.legs import JOINTS
 from symdyn.robot.torque_speed import torque_range
 
@@ -77,6 +79,7 @@ class SimulatedRobot:
         wakes_at: s.
         bridge: whether there is one between this robot and the messages.
         world: floor, joints, motors and feet.
+        fit: the machine that it shall be; the model as it is if None. Its motors' law then holds continuously.
 
     Attributes:
         model: the copy.
@@ -96,9 +99,11 @@ class SimulatedRobot:
         wakes_at: float = 0.0,
         bridge: bool = True,
         world: World = TRAINING,
+        fit: Fit | None = None,
     ) -> None:
         self.model = copy.copy(model)
         self.model.opt.timestep = PERIOD
+        self._fitted = None if fit is None else FittedMotors(fit, seed)
         # a simulation that diverges shall be seen, not be silently put back to its initial pose
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.data = mujoco.MjData(self.model)
@@ -124,6 +129,8 @@ class SimulatedRobot:
         self._awake = not bridge
         self._world = world
         self._enter(self._world)
+        if fit is not None:
+            self._become(fit)
         self._settle(start)
         self._truth = self._sense(self._velocity())
         self._measured = self._sensors.measure(self._truth)
@@ -146,8 +153,8 @@ class SimulatedRobot:
 
     @property
     def torque_limit(self) -> Floats:
-        """Of each motor, (12,) N m."""
-        return self._peak_torque.copy()
+        """Of each motor, as it reports its torque, (12,) N m."""
+        return self._peak_torque.copy() if self._fitted is None else self._peak_torque / self._fitted.strength
 
     @property
     def tilt(self) -> float:
@@ -241,7 +248,27 @@ class SimulatedRobot:
             self.model.geom_friction[self.model.geom_bodyid == 0, 0] = world.floor_friction
         self.model.dof_frictionloss[self._joint_vel] += world.joint_friction
 
+    def _become(self, fit: Fit) -> None:
+        model = self.model
+        model.dof_frictionloss[self._joint_vel] += fit.values("friction")
+        # MuJoCo's default lets dry friction be viscous below 0.2 rad/s; this is as stiff as the time step allows
+        model.dof_solref[self._joint_vel] = (2.0 * SUBSTEP, 1.0)
+        model.dof_damping[self._joint_vel] = fit.values("damping")
+        model.dof_armature[self._joint_vel] = fit.values("armature")
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+        self._peak_torque *= fit.values("strength")
+        model.actuator_forcerange[self._motors] = np.column_stack([-self._peak_torque, self._peak_torque])
+        # the law of a motor holds at every moment; an implicit step of 2 ms would damp, and report, otherwise
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        model.opt.timestep = SUBSTEP
+
     def _advance(self) -> None:
+        if self._fitted is not None:
+            for _ in range(round(PERIOD / SUBSTEP)):
+                self._act(*self._fitted.acting(self.data.time))
+                self._limit_torque()
+                mujoco.mj_step(self.model, self.data)
+            return
         self._limit_torque()
         if not self._world.explicit:
             mujoco.mj_step(self.model, self.data)
@@ -258,6 +285,13 @@ class SimulatedRobot:
         gain[self._motors, 0], bias[self._motors, :3] = law
 
     def _drive(self, pos: Floats, kp: Floats | float, kd: Floats | float, vel: Floats | float, torque: Floats | float):
+        if self._fitted is not None:
+            ones = np.ones(len(JOINTS))
+            self._fitted.command(self.data.time, pos, kp * ones, kd * ones, vel * ones, torque * ones)
+            return
+        self._act(pos, kp, kd, vel, torque)
+
+    def _act(self, pos: Floats, kp: Floats | float, kd: Floats | float, vel: Floats | float, torque: Floats | float):
         # kp (pos - q) + kd (vel - qd) + torque, the gains where MuJoCo's implicit integrator and saturation see them
         gain, bias = self.model.actuator_gainprm, self.model.actuator_biasprm
         gain[self._motors, 0] = kp
@@ -286,6 +320,8 @@ class SimulatedRobot:
         qpos[self._joint_pos] = pose
         gains = {"lying": (0.0, _SETTLING_KD), "standing": (robot.kp, robot.kd), "hung": (BRIDGE_KP, BRIDGE_KD)}[start]
         self._drive(pose, *gains, 0.0, 0.0)
+        if self._fitted is not None:
+            self._fitted.forget(self.data.time)
         for _ in range(round(_SETTLING / PERIOD)):
             self.data.xfrc_applied[self._trunk] = self._harness()
             self._advance()
@@ -293,6 +329,8 @@ class SimulatedRobot:
         self._at_rest = start == "lying"
         if self._at_rest:
             self._drive(pose, 0.0, 0.0, 0.0, 0.0)
+        if self._fitted is not None:
+            self._fitted.forget(self.data.time)
 
     def _harness(self) -> Floats:
         # a spring and a damper to the hook, and the same against turning
@@ -313,10 +351,17 @@ class SimulatedRobot:
         data = self.data
         quat_w = data.qpos[self._quat].copy()
         specific_force_w = (data.qvel[self._vel] - velocity_before_w) / PERIOD - self.model.opt.gravity
+        # an encoder shows its offset, too, and a motor the torque that it takes itself to give
+        shown, torque = data.qpos[self._joint_pos], data.actuator_force[self._motors]
+        if self._fitted is not None:
+            shown = shown + self._fitted.offset
+            low, high = self.model.actuator_forcerange[self._motors].T / self._fitted.strength
+            reported = self._fitted.reported(data.time, shown, data.qvel[self._joint_vel])
+            torque = np.minimum(np.maximum(reported, low), high)
         return Truth(
-            joint_pos=data.qpos[self._joint_pos],
+            joint_pos=shown,
             joint_vel=data.qvel[self._joint_vel],
-            torque=data.actuator_force[self._motors],
+            torque=torque,
             quat_w=quat_w,
             angular_velocity_b=data.qvel[self._turn].copy(),
             acceleration_b=rotate_inverse(quat_w, specific_force_w),

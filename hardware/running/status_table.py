@@ -31,7 +31,13 @@ class Shown:
         return table(self.status, self.controls)
 
 
-_COLOURS = {State.PASSIVE: "cyan", State.STAND: "yellow", State.RUN: "green", State.DAMP: "red"}
+_COLOURS = {
+    State.PASSIVE: "cyan",
+    State.STAND: "yellow",
+    State.RUN: "green",
+    State.IDENTIFY: "magenta",
+    State.DAMP: "red",
+}
 
 
 def table(status: Status, controls: Controls) -> Table:
@@ -77,9 +83,11 @@ def _next(tick: Tick, controls: Controls) -> str:
         case State.PASSIVE:
             return f"{on}: stand up" if tick.ready else "not ready: see fault"
         case State.STAND:
-            return f"{on}: run   {stop}: stop" if tick.ready else f"standing up, testing joints   {stop}: stop"
+            return f"{on}: go on   {stop}: stop" if tick.ready else f"standing up, testing joints   {stop}: stop"
         case State.RUN:
             return f"sticks and buttons: velocity and gait   {stop}: stop"
+        case State.IDENTIFY:
+            return f"done   {stop}: stop" if tick.ready else f"moving joint by joint, two minutes   {stop}: stop"
         case _:
             return f"{off}: end the damping (the robot has come down?)"
 

@@ -15,6 +15,7 @@ from symdyn.analysis import metrics
 from symdyn.gait.library import LIBRARY
 from symdyn.io.files import jsonable
 from symdyn.policy.file import Policy
+from symdyn.robot.fit import Fit
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ def evaluate(
     path: Path,
     suite: Suite,
     on_progress: Callable[[int, int], None] | None = None,
+    fit: Fit | None = None,
 ) -> Evaluation:
     """Run a suite.
 
@@ -45,6 +47,7 @@ def evaluate(
         path: its file, to be named in the results.
         suite: what to run.
         on_progress: called with the episodes done and those in all.
+        fit: the machine to judge it on; the nominal robot if None.
     """
     groups: dict[tuple, list[Script]] = {}
     for key, scripts in protocols.constant_scripts(suite.gaits, suite.speeds, suite.seeds, suite.constant_s).items():
@@ -58,7 +61,7 @@ def evaluate(
     )
     for key, scripts in switches.items():
         groups["switch", *key] = scripts
-    episodes = run_grouped(policy, groups, on_progress)
+    episodes = run_grouped(policy, groups, on_progress, fit=fit)
     constant_runs = {key[1:]: found for key, found in episodes.items() if key[0] == "constant"}
     velocity_runs = {key[1]: found for key, found in episodes.items() if key[0] == "velocity"}
     gait_runs = episodes.get(("gaits",), [])
@@ -71,7 +74,7 @@ def evaluate(
         "policy": str(path),
         "samples": policy.metadata.training.get("samples"),
         "seeds": list(suite.seeds),
-        "protocol": _describe(suite),
+        "protocol": _describe(suite, fit),
         "gaits": table,
         "transitions": [summaries.transition(key, episodes["switch", *key][0], reversal) for key in switches],
         "velocity_sequence": {
@@ -84,9 +87,10 @@ def evaluate(
     return Evaluation(jsonable(result), first, gait_runs[0] if gait_runs else None)
 
 
-def _describe(suite: Suite) -> dict[str, Any]:
+def _describe(suite: Suite, fit: Fit | None) -> dict[str, Any]:
+    which = "nominal" if fit is None else f"the machine of {fit.source} ({fit.place})"
     return {
-        "model": "nominal: no randomisation, no noise, no pushes; deterministic policy; from a stand",
+        "model": f"{which}: no randomisation, no noise, no pushes; deterministic policy; from a stand",
         "sampling": "every physics step (5 ms); contact is a ground reaction force above 1 N",
         "constant": f"each gait at each speed for {suite.constant_s:g} s; "
         f"the first {SETTLE_S:g} s left out of all but settling_time",

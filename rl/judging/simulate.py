@@ -1,4 +1,5 @@
-"""Run a policy file through scripted commands on the nominal robot, and record it at the rate of the physics.
+"""Run a policy file through scripted commands on the nominal robot or on one machine, and record it at the rate
+of the physics.
 
 Nothing of the task is restated here: clock, observation, timing, model, falls and frames are the functions that
 training calls.
@@ -16,6 +17,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from rl.physics import fitted
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
 from rl.physics.protocol import Pose, RobotState, heading_velocity
@@ -30,6 +32,7 @@ from symdyn.policy.driver import PolicyDriver
 from symdyn.policy.file import Policy
 from symdyn.policy.observation import Sensed
 from symdyn.robot.definition import Robot
+from symdyn.robot.fit import Fit
 from symdyn.robot.frames import projected_gravity, yaw
 
 CONTACT_FORCE = 1.0
@@ -101,6 +104,7 @@ def run(
     on_progress: Callable[[int], None] | None = None,
     terrain: Terrain | None = None,
     build: Build = build_model,
+    fit: Fit | None = None,
 ) -> list[Episode]:
     """Run every script; the results are in the order of the scripts and do not depend on how they are grouped.
 
@@ -110,11 +114,12 @@ def run(
         on_progress: called with the number of scripts done.
         terrain: what the robots run on; a flat floor if None.
         build: the model that they are.
+        fit: the machine that runs; the nominal robot if None.
     """
     order = sorted(range(len(scripts)), key=lambda i: scripts[i].duration)
     found: dict[int, Episode] = {}
     for group in _groups(order):
-        episodes = _run_together(policy, [scripts[i] for i in group], terrain, build)
+        episodes = _run_together(policy, [scripts[i] for i in group], terrain, build, fit)
         found.update(zip(group, episodes, strict=True))
         if on_progress is not None:
             on_progress(len(found))
@@ -127,6 +132,7 @@ def run_grouped(
     on_progress: Callable[[int, int], None] | None = None,
     terrain: Terrain | None = None,
     build: Build = build_model,
+    fit: Fit | None = None,
 ) -> dict[K, list[Episode]]:
     """Run groups of scripts all together: the episodes of each group, in the order of its scripts.
 
@@ -136,10 +142,11 @@ def run_grouped(
         on_progress: called with the number of scripts done and that of all.
         terrain: as for :func:`run`.
         build: as for :func:`run`.
+        fit: likewise.
     """
     scripts = [script for group in groups.values() for script in group]
     watch = None if on_progress is None else lambda done: on_progress(done, len(scripts))
-    episodes = iter(run(policy, scripts, watch, terrain, build))
+    episodes = iter(run(policy, scripts, watch, terrain, build, fit))
     return {key: list(islice(episodes, len(group))) for key, group in groups.items()}
 
 
@@ -166,10 +173,18 @@ class _Commands:
                 self._next[i] += 1
 
 
-def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | None, build: Build) -> list[Episode]:
+def _run_together(
+    policy: Policy, scripts: Sequence[Script], terrain: Terrain | None, build: Build, fit: Fit | None
+) -> list[Episode]:
     robot = policy.robot
     n = len(scripts)
-    physics = BatchPhysics(build(robot, terrain), robot, n)
+    model = build(robot, terrain)
+    if fit is not None:
+        fitted.fit_joints(model, robot, fit)
+    physics = BatchPhysics(model, robot, n)
+    if fit is not None:
+        physics.set_dynamics(fitted.dynamics(fit, n))
+    offset = physics.dynamics.joint_offset
     physics.reset(np.arange(n), standing(scripts, robot, terrain))
     driver = PolicyDriver(policy, [np.random.default_rng(script.seed).random() for script in scripts])
     commands = _Commands(scripts, driver)
@@ -182,7 +197,7 @@ def _run_together(policy: Policy, scripts: Sequence[Script], terrain: Terrain | 
     for step in range(steps):
         time = step * robot.control_dt
         commands.at(time)
-        targets = driver.act(sensed(state))
+        targets = driver.act(sensed(state, offset))
         physics.set_targets(np.where(np.isfinite(fell_at)[:, None], at_rest, targets))
         for _ in range(physics.substeps):
             physics.substep()
@@ -220,12 +235,15 @@ def _numpy(tensor: torch.Tensor) -> NDArray[np.float64]:
     return tensor.double().numpy()
 
 
-def sensed(state: RobotState) -> Sensed:
-    """What the sensors of simulated robots say. Numbers that are not finite, of a robot that diverged, become zero."""
+def sensed(state: RobotState, joint_offset: NDArray[np.float64] | float = 0.0) -> Sensed:
+    """What the sensors of simulated robots say; encoders show ``joint_offset``, (N, 12) rad, too much.
+
+    Numbers that are not finite, of a robot that diverged, become zero.
+    """
     gravity_b = projected_gravity(_numpy(state.base_quat_w))
     told = (
         gravity_b,
-        _numpy(state.joint_pos),
+        _numpy(state.joint_pos) + joint_offset,
         _numpy(state.joint_vel),
         _numpy(state.base_ang_vel_b),
         yaw(_numpy(state.base_quat_w)),

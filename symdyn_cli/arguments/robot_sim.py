@@ -34,6 +34,7 @@ class RobotSimArguments:
         url: LCM URL, the same as the deployer's; LCM_DEFAULT_URL or LCM's default if left out.
         scenario: script of the operator, and the world around the robot; listed above.
         start: initial pose.
+        fit: file from symdyn identify; the robot then has the delays, motors, friction and encoder offsets in it.
         fault: fault to inject; listed above.
         fault_at: time of the fault, s.
         fault_since: origin of that time: the start of this command, the first targets of Stand, or of Run.
@@ -55,6 +56,7 @@ class RobotSimArguments:
     url: str | None = None
     scenario: str = "run"
     start: Start = "lying"
+    fit: Path | None = None
     fault: str | None = None
     fault_at: float = 1.0
     fault_since: Since = "start"

@@ -24,6 +24,7 @@ _FIRST = (
     "feet",
     "keyboard",
     "realtime",
+    "settings.identify",
     "settings.joystick.max_speed",
     "settings.joystick.max_lateral_speed",
     "settings.joystick.max_yaw_rate",
@@ -33,7 +34,6 @@ _FIRST = (
     "settings.stand.kp",
     "settings.stand.kd",
     "settings.safety.tilt",
-    "settings.safety.torque_factor",
     "settings.safety.target_rate",
     "settings.safety.damping_kd",
 )
@@ -85,6 +85,9 @@ def _help() -> str:
         f"{introduction_of(DeployArguments)}\n\n"
         f"Joystick. {joystick.next_state}: next state, Passive to Stand to Run. {' or '.join(joystick.stop)}: stop and "
         f"damp the robot. {joystick.to_passive}: end the damping. Left stick: velocity. Right stick: turning. Gaits: "
-        f"{gaits}. The options --joystick.* change them.\n\nKeys with --keyboard. {keys}.\n\n"
+        f"{gaits}. The options --joystick.* change them.\n\nWith --identify hung (or standing), {joystick.next_state} "
+        "leads from Stand to a script that moves every joint for two minutes, not to the policy. Give --log, too; then "
+        "run symdyn identify."
+        f"\n\nKeys with --keyboard. {keys}.\n\n"
         "Ctrl-C damps the robot; a second Ctrl-C, or the button that ends the damping, ends the program."
     )

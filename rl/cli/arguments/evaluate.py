@@ -27,6 +27,8 @@ class EvaluateArguments:
     Attributes:
         policy: policy file; the shipped policy if left out.
         robot: name or robot file; the robot of the policy if left out.
+        fit: file from symdyn identify; the policy is judged on that machine (its median delay, in steps of 5 ms), not
+            on the nominal model.
         suite: quick (about half a minute, one seed) or paper (every protocol of the paper's Results section, five
             seeds).
         out: output directory; out/POLICY if left out.
@@ -36,6 +38,7 @@ class EvaluateArguments:
 
     policy: Annotated[Path | None, tyro.conf.Positional] = None
     robot: RobotOption = None
+    fit: Path | None = None
     suite: str = "quick"
     out: Path | None = None
     sweep_timing: bool = False

@@ -13,9 +13,12 @@ import tyro
 
 from rl.learning.config import TrainConfig
 from rl.learning.presets import DEFAULT_PRESET, preset
+from rl.physics.fitted import ranges
 from symdyn.errors import InvalidValue
 from symdyn.io.command_line import parsed
 from symdyn.io.settings_data import differences
+from symdyn.robot.fit import Fit, load_fit
+from symdyn.robot.robot_file import get_robot
 
 _FIRST = (
     "settings",
@@ -26,6 +29,7 @@ _FIRST = (
     "seeds",
     "config.preset",
     "config.robot",
+    "fit",
     "config.iterations",
     "config.num_envs",
     "config.seed",
@@ -35,7 +39,6 @@ _FIRST = (
     "config.env.commands.gaits",
     "config.env.commands.velocity_x",
     "config.env.rewards.temporal",
-    "config.env.rewards.morphological",
     "config.candidates",
     "config.ppo.equivariant",
 )
@@ -57,6 +60,9 @@ class TrainArguments:
             --iterations, the total, may change.
         start_from: run directory whose networks and optimiser this new run starts with. All other settings may differ.
             RUN/origin.json keeps the number of samples before.
+        fit: file from symdyn identify: strength, gains, delay and encoder offsets are drawn from its intervals. What it
+            does not determine, and all else, stays as in the preset. Where stages set such a range, they take it from
+            the fit. Joint friction, damping and rotor inertia stay the model's.
         start_std: standard deviation of the action noise to start with instead of that run's.
         seeds: train so many runs that differ in their seed, from --seed upwards, one for each processor at a time, and
             report the spread of what they reach. --resume on their common directory continues all of them.
@@ -68,6 +74,7 @@ class TrainArguments:
     out: Path | None = None
     resume: Path | None = None
     start_from: Path | None = None
+    fit: Path | None = None
     start_std: float | None = None
     seeds: int | None = None
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
@@ -83,6 +90,7 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
     first.add_argument("--preset")
     first.add_argument("--settings", type=Path)
     first.add_argument("--resume", type=Path)
+    first.add_argument("--fit", type=Path)
     known, _ = first.parse_known_args(list(arguments))
     if known.preset is not None and known.settings is not None:
         raise InvalidValue("--preset", known.preset, "left out with --settings, which has every setting")
@@ -93,7 +101,15 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
 
         own = str(known.settings) if known.resume is None else run_dir.existing(known.resume) / run_dir.CONFIG
         default = config_file.load(Path(own))
+    fit = None
+    if known.fit is not None:
+        if known.resume is not None:
+            raise InvalidValue("--fit", str(known.fit), "left out with --resume: a run keeps its ranges")
+        fit = load_fit(known.fit)
+        default = _drawn_from(fit, default)
     args = parsed(TrainArguments, arguments, "symdyn train", TrainArguments(config=default), first=_FIRST)
+    if fit is not None:
+        fit.check_robot(get_robot(args.config.robot), known.fit)
     if args.start_std is not None:
         if args.start_from is None:
             raise InvalidValue("--start-std", args.start_std, "left out without --start-from")
@@ -123,3 +139,16 @@ def parse(arguments: Sequence[str]) -> TrainArguments:
             if value is not None:
                 raise InvalidValue(flag, str(value), "left out with --resume, which continues a run as it is")
     return args
+
+
+def _drawn_from(fit: Fit, config: TrainConfig) -> TrainConfig:
+    """The settings with the ranges of a fit: where stages set them, in those stages, else from the beginning."""
+    found = {f"env.randomization.{name}": value for name, value in ranges(fit).items()}
+    staged = {name for stage in config.stages for name in stage.settings}
+    stages = tuple(
+        replace(stage, settings={name: found.get(name, value) for name, value in stage.settings.items()})
+        for stage in config.stages
+    )
+    at_once = {name.rpartition(".")[2]: value for name, value in found.items() if name not in staged}
+    env = replace(config.env, randomization=replace(config.env.randomization, **at_once))
+    return replace(config, env=env, stages=stages)

@@ -66,8 +66,8 @@ def test_what_to_press_next(keyboard: bool) -> None:
     passive = replace(RUNNING, tick=replace(TICK, state=State.PASSIVE))
     assert f"{on}: stand up" in text(passive, controls)
     standing = replace(TICK, state=State.STAND)
-    assert f"{on}: run" in text(replace(RUNNING, tick=standing), controls)
-    assert f"{on}: run" not in text(replace(RUNNING, tick=replace(standing, ready=False)), controls)
+    assert f"{on}: go on" in text(replace(RUNNING, tick=standing), controls)
+    assert f"{on}: go on" not in text(replace(RUNNING, tick=replace(standing, ready=False)), controls)
     assert stop in text(RUNNING, controls)
 
 
