@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import mujoco
 import numpy as np
@@ -157,6 +158,14 @@ def measured_turn(robot: Robot, fit: Fit, leg: int, seed: int) -> Signals:
     )
 
 
+def _resting(robot: Robot, at_rest: Floats) -> Turn:
+    """The time in which the deployer moves the robot into the pose at rest, or out of it: here it is there already."""
+    time, sent = np.arange(0.0, MOVE_S, MESSAGE), np.arange(0.0, MOVE_S, TICK_S)
+    still = np.zeros((len(time), len(LEG_JOINTS)))
+    first = at_rest[: len(LEG_JOINTS)]
+    return Turn(time, still + first, still, still, sent, np.tile(at_rest, (len(sent), 1)))
+
+
 def log_events(
     robot: Robot, fit: Fit, seed: int, legs: Iterable[int] = range(len(LEGS)), noise: SensorNoise | None = None
 ) -> Iterator[tuple[str, bytes, float]]:
@@ -166,16 +175,18 @@ def log_events(
         robot: what the machine is one of.
         fit: the machine.
         seed: of noise and of when targets are sent.
-        legs: which, indices of LEGS; the log begins with the turn of the first.
+        legs: which, indices of LEGS; their turns follow 2 s of rest and are followed by as
+            much.
         noise: of the sensors; the simulated robot's usual one if None.
     """
     noise, rng = SensorNoise() if noise is None else noise, np.random.default_rng(seed)
+    noise_rng = np.random.default_rng((seed, 1))
     settings = Settings(identify="hung")
     yield SESSION, Session("none", "", settings, False, SENDER, "unknown", robot.name).message().encode(), 0.0
-    ones, order, number, began = np.ones(len(JOINTS)), list(JOINTS_TO_SDK), 0, 0.0
+    ones, order, number = np.ones(len(JOINTS)), list(JOINTS_TO_SDK), 0
     at_rest = Excitation(robot, JointLimits.of(robot), "hung").positions(MOVE_S)
-    for leg in legs:
-        turn = moved(robot, fit, leg, rng)
+    resting, began = _resting(robot, at_rest), 0.0
+    for leg, turn in chain([(0, resting)], ((leg, moved(robot, fit, leg, rng)) for leg in legs), [(0, resting)]):
         own = slice(len(LEG_JOINTS) * leg, len(LEG_JOINTS) * (leg + 1))
         due = [(time, 0, k) for k, time in enumerate(turn.time)] + [(t, 1, k) for k, t in enumerate(turn.sent[1:], 1)]
         for time, kind, k in sorted(due):
@@ -184,12 +195,12 @@ def log_events(
                 state = np.stack([at_rest, np.zeros(len(JOINTS)), np.zeros(len(JOINTS))])
                 state[:, own] = turn.pos[k], turn.vel[k], turn.torque[k]
                 scale = np.array([noise.joint_pos, noise.joint_vel, noise.torque])[:, None]
-                state += scale * rng.standard_normal(state.shape)
+                state += scale * noise_rng.standard_normal(state.shape)
                 joints, imu = leg_control_data_lcmt(), state_estimator_lcmt()
                 joints.q, joints.qd, joints.tau_est = state[:, order].tolist()
                 imu.quat = [1.0, 0.0, 0.0, 0.0]
-                imu.omegaBody = (noise.angular_velocity * rng.standard_normal(3)).tolist()
-                imu.aBody = (np.array([0.0, 0.0, GRAVITY]) + noise.acceleration * rng.standard_normal(3)).tolist()
+                imu.omegaBody = (noise.angular_velocity * noise_rng.standard_normal(3)).tolist()
+                imu.aBody = (np.array([0.0, 0.0, GRAVITY]) + noise.acceleration * noise_rng.standard_normal(3)).tolist()
                 yield JOINT_STATES, joints.encode(), now
                 yield IMU, imu.encode(), now
             else:
@@ -199,4 +210,4 @@ def log_events(
                 tick = controller_tick_lcmt()
                 tick.tick, tick.time, tick.state = number, now, State.IDENTIFY
                 yield TICK, tick.encode(), now
-        began += TURN_S * len(LEG_JOINTS)
+        began += MOVE_S if turn is resting else TURN_S * len(LEG_JOINTS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -48,26 +50,28 @@ def run(args: IdentifyArguments) -> int:
 
 
 def _show(console: Console, fit: Fit) -> None:
-    caption = f"Value and half of the 95% interval; ?: not determined by the log. {fit.source}, {fit.place}."
-    table = Table(box=SIMPLE_HEAD, caption=caption, caption_justify="left")
-    table.padding, table.pad_edge = (0, 1, 0, 0), False
-    table.add_column("joint", no_wrap=True)
-    for name in QUANTITIES:
-        unit = "ms" if name == "delay" else UNITS[name]
-        table.add_column(f"{name}\n{unit}", justify="right", no_wrap=True)
-    for joint in fit.joints:
-        table.add_row(joint.joint, *(_cell(name, getattr(joint, name)) for name in QUANTITIES))
-    console.print(table)
+    console.print(f"Values. ?: not determined by the log. {fit.source}, {fit.place}.", highlight=False)
+    console.print(_table(fit, lambda measured: measured.value))
+    console.print("Half of the 95% interval.", highlight=False)
+    console.print(_table(fit, lambda measured: 0.5 * (measured.high - measured.low)))
     doubtful = [name for name in QUANTITIES if not any(getattr(joint, name).determined for joint in fit.joints)]
     if doubtful:
         console.print(f"The log determines of no joint: {', '.join(doubtful)}. The model's numbers stand for them.")
 
 
-def _cell(name: str, measured: Measured) -> str:
-    if not measured.determined:
-        return "?"
-    scale, digits = {"delay": (1e3, 1), "armature": (1.0, 4), "damping": (1.0, 3), "offset": (1.0, 3)}.get(
-        name, (1.0, 2)
-    )
-    half = 0.5 * (measured.high - measured.low)
-    return f"{scale * measured.value:.{digits}f} ±{scale * half:.{digits}f}"
+def _table(fit: Fit, number_of: Callable[[Measured], float]) -> Table:
+    """One number for each joint and quantity; no wider than 80 columns."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("joint", no_wrap=True)
+    for name in QUANTITIES:
+        unit = "ms" if name == "delay" else UNITS[name]
+        table.add_column(f"{name}\n{unit}", justify="right", no_wrap=True)
+    for joint in fit.joints:
+        cells = []
+        for name in QUANTITIES:
+            measured = getattr(joint, name)
+            scale = 1e3 if name == "delay" else 1.0
+            digits = _DIGITS.get(name, 2)
+            cells.append(f"{scale * number_of(measured):.{digits}f}" if measured.determined else "?")
+        table.add_row(joint.joint, *cells)
+    return table

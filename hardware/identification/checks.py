@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hardware.control.excitation import CHIRP_S, MOVE_S, STEPS_S, TURN_S
+from hardware.control.excitation import CHIRP_S, STEPS_S, TURN_S
 from hardware.identification.motor_law import CUT_OFF_HZ, excited
 from hardware.identification.signals import PERIOD, Signals, smooth
 from symdyn.errors import FileProblem
@@ -31,7 +31,7 @@ def check(signals: Signals, robot: Robot, origin: object) -> None:
     """
     if signals.session.robot != robot.name:
         raise FileProblem(origin, f"is of a {signals.session.robot}, not of a {robot.name}.")
-    duration, needed = len(signals.time) * PERIOD, MOVE_S + TURN_S * len(JOINTS)
+    duration, needed = len(signals.time) * PERIOD, TURN_S * len(JOINTS)
     if duration < needed - STEPS_S:
         raise FileProblem(
             origin, f"is too short: {duration:.0f} s of the excitation, of which {needed:.0f} s are needed."

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.hung_legs import log_events, measured_turn
 from benchmarks.identify import hidden
+from hardware.cli.arguments.identify import IdentifyArguments
+from hardware.cli.identify import run
+from hardware.control.excitation import MOVE_S
 from hardware.control.settings import Settings
 from hardware.identification.checks import check
 from hardware.identification.identify import WIDEST, identify_legs, measured
 from hardware.identification.least_squares import Estimate, block_covariance
 from hardware.identification.signals import PERIOD, Signals, signals_of
+from hardware.wire.event_log import LogWriter
 from symdyn.errors import FileProblem
-from symdyn.robot.fit import QUANTITIES, Measured
+from symdyn.robot.fit import QUANTITIES, Measured, load_fit
 from symdyn.robot.legs import JOINTS, LEG_JOINTS, LEGS
 from tests.robots import GO2
 
@@ -80,19 +85,35 @@ def test_what_is_too_wide_counts_as_not_determined_and_the_models_number_lies_in
 
 def test_a_log_read_back_holds_what_was_sent_and_measured() -> None:
     events = list(log_events(GO2, hidden(SEED), SEED, (LEG,)))
-    end = next(k for k, (_, _, time) in enumerate(events) if time > 3.0)
+    end = next(k for k, (_, _, time) in enumerate(events) if time > MOVE_S + 3.0)
     signals = signals_of(events[:end], "log")
-    n = len(signals.time)
-    assert n == pytest.approx(3.0 / PERIOD, abs=5)
-    straight = turn()
-    np.testing.assert_allclose(signals.commanded(signals.time)[100:], straight.commanded(signals.time)[100:], atol=1e-9)
-    true = np.stack([np.interp(signals.time, straight.time, column) for column in straight.pos.T[OWN]], axis=1)
-    assert np.std(signals.pos[:, OWN] - true) < 0.004
+    assert len(signals.time) == pytest.approx((MOVE_S + 3.0) / PERIOD, abs=5)
+    straight, moved = turn(), signals.time > MOVE_S + 0.2
+    since = signals.time[moved] - MOVE_S
+    np.testing.assert_allclose(signals.commanded(signals.time)[moved], straight.commanded(since), atol=1e-9)
+    true = np.stack([np.interp(since, straight.time, column) for column in straight.pos.T[OWN]], axis=1)
+    assert np.std(signals.pos[moved][:, OWN] - true) < 0.004
+
+
+def test_the_command_writes_the_fit_of_a_log_and_its_figure(tmp_path: Path) -> None:
+    log = LogWriter(tmp_path / "hung.lcmlog")
+    for event in log_events(GO2, hidden(SEED), SEED):
+        log.append(*event)
+    log.close()
+    out = tmp_path / "fit.toml"
+    assert run(IdentifyArguments(tmp_path / "hung.lcmlog", out=out)) == 0
+    found = load_fit(out, GO2)
+    for joint, truth in zip(found.joints, hidden(SEED).joints, strict=True):
+        if joint.delay.determined:
+            assert joint.delay.value == pytest.approx(truth.delay.value, abs=0.002)
+        assert joint.strength.value == pytest.approx(truth.strength.value, rel=0.05)
+    assert sum(joint.delay.determined for joint in found.joints) >= 8
+    assert out.with_suffix(".png").stat().st_size > 10_000
 
 
 class TestRefusals:
     def test_a_log_that_is_too_short(self) -> None:
-        with pytest.raises(FileProblem, match=r"too short: 10 s of the excitation, of which 122 s are needed"):
+        with pytest.raises(FileProblem, match=r"too short: 10 s of the excitation, of which 120 s are needed"):
             check(whole().between(0, 5000), GO2, "log")
 
     def test_a_log_of_another_robot(self) -> None:
