@@ -5,6 +5,9 @@ Nothing of the task is restated here: clock, observation, timing, model, falls a
 training calls.
 """
 
+# mujoco is a compiled module without stubs
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

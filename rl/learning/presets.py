@@ -27,7 +27,6 @@ def _cpu() -> TrainConfig:
     commands = CommandConfig(
         gaits=tuple(LIBRARY),
         noise_keeps_class=True,
-        mixture_share=0.4,
         velocity_x=(-2.0, 2.0),
         velocity_y=(-0.4, 0.4),
         yaw_rate=(-1.0, 1.0),
@@ -74,7 +73,7 @@ _STAGES = (
     Stage(
         "keep time",
         samples=4e6,
-        ramp=2.5e6,
+        ramp=3.5e6,
         settings={
             "env.commands.steered": True,
             "env.commands.stand_share": 0.05,
@@ -92,14 +91,11 @@ _STAGES = (
             "env.rewards.x_velocity": 0.5,
             "env.rewards.x_rate": 2.5,
             "env.rewards.y_velocity": 0.4,
-            # asymmetric gaits yaw within every stride: the mean over a second counts for more than the moment
-            "env.rewards.velocity_filter": 1.0,
+            "env.rewards.yaw_velocity": 0.5,
             "env.rewards.yaw_rate": 4.0,
-            "env.rewards.heading": 0.2,
             "env.rewards.temporal": 0.45,
             "env.rewards.force_rate": 0.04,
             "env.rewards.foot_speed_rate": 2.0,
-            "ppo.entropy": 0.001,
         },
     ),
     Stage(
@@ -107,6 +103,7 @@ _STAGES = (
         samples=6e6,
         ramp=2e6,
         settings={
+            "env.commands.mixture_share": 0.3,
             "env.commands.velocity_first_s": [1.5, 5.0],
             "env.commands.velocity_again_s": [1.5, 5.0],
             "env.commands.gait_first_s": [1.5, 5.0],
@@ -121,6 +118,9 @@ _STAGES = (
             "env.rewards.torque_change": 0.15,
             "env.rewards.torque_rate": 0.015,
             "env.rewards.softness": 0.5,
+            # asymmetric gaits yaw within every stride: the mean over a second counts for more than the moment
+            "env.rewards.velocity_filter": 1.0,
+            "env.rewards.yaw_velocity": 0.3,
             "env.rewards.heading": 0.4,
             "ppo.entropy": 0.0005,
         },
