@@ -9,6 +9,7 @@ current. Both are fitted, for their uncertainty, and not reported.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -78,7 +79,8 @@ def identify_motor(signals: Signals, joint: int) -> MotorLaw:
 
     start = float(_SOUGHT[np.argmin([cost(delay) for delay in _SOUGHT])])
     bracket = (max(start - 0.004, 0.0), start + 0.004)
-    delay = float(minimize_scalar(cost, bounds=bracket, method="bounded", options={"xatol": 1e-5}).x)
+    found: Any = minimize_scalar(cost, bounds=bracket, method="bounded", options={"xatol": 1e-5})
+    delay = float(found.x)
     x = regressors(delay)
     law = np.linalg.lstsq(x, torque)[0]
     ahead, back = regressors(delay + 0.001)[:, 0], regressors(max(delay - 0.001, 0.0))[:, 0]

@@ -147,7 +147,7 @@ def _on_grid(
     wanted: dict[str, list[tuple[float, Floats]]], moved: list[float], session: Session, origin: object
 ) -> Signals:
     begin, end = moved[0], moved[-1]
-    grid = begin + PERIOD * np.arange(int((end - begin) / PERIOD))
+    grid = np.asarray(begin + PERIOD * np.arange(int((end - begin) / PERIOD)), dtype=np.float64)
     found = {}
     for channel, pairs in wanted.items():
         times = np.array([time for time, _ in pairs])
