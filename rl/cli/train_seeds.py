@@ -10,8 +10,8 @@ from rich.table import Table
 
 from rl.cli.arguments.train import TrainArguments
 from rl.learning import config_file, run_dir, run_lock, seeds
-from rl.learning.config import TrainConfig
 from rl.learning.seeds_display import SeedsDisplay
+from symdyn.errors import InvalidValue
 from symdyn.io.console import print_command
 from symdyn.io.exit_codes import FAILED, INTERRUPTED
 from symdyn.io.files import write_json
@@ -39,6 +39,8 @@ def train_seeds(directory: Path, args: TrainArguments, console: Console) -> int:
         assert args.seeds is not None
         runs = seeds.begin(directory, config, args.seeds)
     else:
+        if config != config_file.load(directory / run_dir.CONFIG):
+            raise InvalidValue("--iterations", config.iterations, "left out when several seeds are continued")
         runs = seeds.runs_of(directory)
     flags: list[str | Path] = []
     if args.start_from is not None:
@@ -60,11 +62,11 @@ def train_seeds(directory: Path, args: TrainArguments, console: Console) -> int:
         said = run.output.read_text(encoding="utf-8", errors="replace").splitlines()[-_TOLD_OF_A_FAILURE:]
         console.print(f"Seed {run.seed} failed. The end of {run.output}:", soft_wrap=True)
         console.print("\n".join(said), markup=False, highlight=False, soft_wrap=True)
-    _report(directory, config_file.load(directory / run_dir.CONFIG), runs, console)
+    _report(directory, runs, console)
     return FAILED if failed else 0
 
 
-def _report(directory: Path, config: TrainConfig, runs: list[seeds.SeedRun], console: Console) -> None:
+def _report(directory: Path, runs: list[seeds.SeedRun], console: Console) -> None:
     found = seeds.table(runs)
     if not found:
         return

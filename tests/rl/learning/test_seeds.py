@@ -13,8 +13,10 @@ from pathlib import Path
 
 import pytest
 import torch
+from rich.console import Console
 
 from rl.cli.arguments.train import parse
+from rl.cli.train_seeds import train_seeds
 from rl.learning import checkpoint, config_file, run_dir, seeds
 from rl.learning.presets import preset
 from rl.learning.trainer import Trainer
@@ -83,6 +85,13 @@ def test_seeds_are_refused_with_resume(tmp_path: Path) -> None:
     config_file.save(preset("smoke"), tmp_path / run_dir.CONFIG)
     with pytest.raises(InvalidValue, match="--seeds is '3', but must be left out with --resume"):
         parse(["--resume", str(tmp_path), "--seeds", "3"])
+
+
+def test_settings_that_several_seeds_would_ignore_are_refused(tmp_path: Path) -> None:
+    seeds.begin(tmp_path, preset("smoke"), 2)
+    args = parse(["--resume", str(tmp_path), "--iterations", "99"])
+    with pytest.raises(InvalidValue, match="--iterations is 99, but must be left out when several seeds are continued"):
+        train_seeds(tmp_path, args, Console(quiet=True))
 
 
 def test_the_table_has_what_each_seed_chose(tmp_path: Path) -> None:
