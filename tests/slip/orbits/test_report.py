@@ -63,7 +63,7 @@ class TestShown:
         assert "largest residual" in text
         assert report.symmetry.footfall_class.describe() in text
         assert ("it is a gait" in text) == report.symmetry.reversible
-        assert ("it is no gait" in text) != report.symmetry.reversible
+        assert ("it is not a gait" in text) != report.symmetry.reversible
 
     @pytest.mark.parametrize("family", FAMILIES)
     def test_largest_forces(self, family):
