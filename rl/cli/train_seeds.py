@@ -30,7 +30,7 @@ _TOLD_OF_A_FAILURE = 3
 
 
 def train_seeds(directory: Path, args: TrainArguments, console: Console) -> int:
-    """Train what ``--seeds`` asks for in a directory, or go on with it (``--resume``); the exit code."""
+    """Train what ``--seeds`` asks for in a directory, or continue it (``--resume``); the exit code."""
     config = args.config
     # a wrong robot or timing file is refused here, once, and not by each run
     run_dir.timing(directory, config.timing, run_dir.robot(directory, config.robot))
@@ -53,9 +53,9 @@ def train_seeds(directory: Path, args: TrainArguments, console: Console) -> int:
         soft_wrap=True,
     )
     with run_lock.held(directory), SeedsDisplay(console, config, runs) as display:
-        failed, stopped = seeds.train(runs, flags, display.update)
+        failed, stopped = seeds.train(config, runs, flags, display.update)
     if stopped:
-        console.print("Stopped. To go on:")
+        console.print("Stopped. To continue:")
         print_command(console, "symdyn", "train", "--resume", directory)
         return INTERRUPTED
     for run in failed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -20,22 +20,21 @@ _RATE_OVER = 20
 """Updates that the rate, and with it the time left, is estimated from."""
 
 
-class TrainingDisplay:
-    """A context manager whose :meth:`update` is called after every update of the policy.
+class LiveDisplay:
+    """A context manager that redraws its place on a terminal; elsewhere ``_live`` is None.
 
     Args:
-        console: where to show it.
-        config: of the run.
+        console: where to show something.
+        per_second: how often it is redrawn.
     """
 
-    def __init__(self, console: Console, config: TrainConfig) -> None:
+    def __init__(self, console: Console, per_second: float) -> None:
         self._console = console
-        self._config = config
-        self._last_line = -math.inf
-        self._rates: list[float] = []
-        self._live = Live(console=console, refresh_per_second=4, transient=False) if console.is_terminal else None
+        self._live = (
+            Live(console=console, refresh_per_second=per_second, transient=False) if console.is_terminal else None
+        )
 
-    def __enter__(self) -> TrainingDisplay:
+    def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
         return self
@@ -45,6 +44,21 @@ class TrainingDisplay:
     ) -> None:
         if self._live is not None:
             self._live.stop()
+
+
+class TrainingDisplay(LiveDisplay):
+    """A context manager whose :meth:`update` is called after every update of the policy.
+
+    Args:
+        console: where to show it.
+        config: of the run.
+    """
+
+    def __init__(self, console: Console, config: TrainConfig) -> None:
+        super().__init__(console, per_second=4)
+        self._config = config
+        self._last_line = -math.inf
+        self._rates: list[float] = []
 
     def update(self, record: dict[str, Any]) -> None:
         """Show one update's record, as it was logged."""

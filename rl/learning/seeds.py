@@ -5,18 +5,18 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rl.learning import config_file, run_dir, run_log
 from rl.learning.config import TrainConfig
+from rl.learning.signals import on_stop
+from rl.physics.batch import BYTES_PER_ROBOT
 from symdyn.errors import FileProblem, InvalidValue
 from symdyn.io.files import read_json, writable_directory, write_json
 
@@ -24,14 +24,12 @@ FILE = "seeds.json"
 """What makes a directory one of several seeds. Beside it lie ``config.yaml``, and one run for each seed."""
 
 _MEMORY_OF_A_RUN = 0.5e9
-_MEMORY_OF_A_ROBOT = 0.3e6
-"""Bytes. Measured: 0.78e9 with 1024 robots, 0.47e9 with 16."""
+"""Bytes without robots. Measured: 0.47e9 with 16 of them."""
 _DISK_OF_A_ROBOT = 3e3
 _DISK_OF_A_NETWORK = 1.5e6
 """Bytes of a checkpoint. Measured: 3.8e6 with 1024 robots and the networks of the preset ``cpu``."""
 _LOG_OF_AN_UPDATE = 3e3
 _LOOK_EVERY_S = 1.0
-_STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True)
@@ -51,12 +49,8 @@ class SeedRun:
         """Where what the run says is written."""
         return self.directory.with_suffix(".txt")
 
-    @property
-    def finished(self) -> bool:
-        """Whether it has come to its end and, if its settings say so, chosen its policy."""
-        if not (self.directory / run_dir.CONFIG).is_file():
-            return False
-        config = config_file.load(self.directory / run_dir.CONFIG)
+    def finished(self, config: TrainConfig) -> bool:
+        """Whether it has come to its end and, if the settings of the runs say so, chosen its policy."""
         if config.candidates:
             return (self.directory / run_dir.SELECTION).is_file()
         last = self.last_record()
@@ -120,7 +114,7 @@ def check_room(config: TrainConfig, count: int, at_a_time: int, directory: Path)
     """
     if count < 1:
         raise InvalidValue("--seeds", count, "a whole number > 0")
-    memory = at_a_time * (_MEMORY_OF_A_RUN + config.num_envs * _MEMORY_OF_A_ROBOT)
+    memory = at_a_time * (_MEMORY_OF_A_RUN + config.num_envs * BYTES_PER_ROBOT)
     kept = config.total_iterations // config.keep_every + config.candidates + 2
     a_run = (
         kept * (_DISK_OF_A_NETWORK + config.num_envs * _DISK_OF_A_ROBOT) + config.total_iterations * _LOG_OF_AN_UPDATE
@@ -138,11 +132,15 @@ def check_room(config: TrainConfig, count: int, at_a_time: int, directory: Path)
 
 
 def train(
-    runs: Sequence[SeedRun], flags: Sequence[str | Path], watch: Callable[[Sequence[SeedRun]], None]
+    config: TrainConfig,
+    runs: Sequence[SeedRun],
+    flags: Sequence[str | Path],
+    watch: Callable[[Sequence[SeedRun]], None],
 ) -> tuple[list[SeedRun], bool]:
     """Train the runs that are not finished, side by side, each in a process of its own; begun ones go on.
 
     Args:
+        config: settings of the runs.
         runs: in the order in which they begin.
         flags: of ``symdyn train`` for each run that begins anew.
         watch: called every second with the runs that are at work.
@@ -150,12 +148,18 @@ def train(
     Returns:
         The runs that failed, and whether a signal stopped all of them. A signal is passed on: each run saves and ends.
     """
-    waiting = [run for run in runs if not run.finished]
+    waiting = [run for run in runs if not run.finished(config)]
     slots = side_by_side(max(len(waiting), 1))
     threads = max((os.cpu_count() or 1) // slots, 1)
     working: dict[SeedRun, subprocess.Popen[bytes]] = {}
     failed: list[SeedRun] = []
-    with _passing_signals_on(working) as stopped:
+
+    def pass_on(number: int) -> None:
+        for process in list(working.values()):
+            if process.poll() is None:
+                process.send_signal(number)
+
+    with on_stop(pass_on) as stopped:
         while working or (waiting and not stopped):
             while waiting and len(working) < slots and not stopped:
                 run = waiting.pop(0)
@@ -200,24 +204,6 @@ def _start(run: SeedRun, flags: Sequence[str | Path], threads: int) -> subproces
             )
     except OSError as error:
         raise FileProblem(run.output, f"cannot be written: {error.strerror or error}.") from error
-
-
-@contextmanager
-def _passing_signals_on(working: dict[SeedRun, subprocess.Popen[bytes]]) -> Iterator[list[int]]:
-    received: list[int] = []
-
-    def pass_on(number: int, frame: object) -> None:
-        received.append(number)
-        for process in list(working.values()):
-            if process.poll() is None:
-                process.send_signal(number)
-
-    previous = {number: signal.signal(number, pass_on) for number in _STOPPING}
-    try:
-        yield received
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def _memory_left() -> float:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from types import TracebackType
 
 from rich.console import Console
-from rich.live import Live
 from rich.table import Table
 
 from rl.learning import display
@@ -18,7 +16,7 @@ from rl.learning.seeds import SeedRun
 _LINE_EVERY_S = 60.0
 
 
-class SeedsDisplay:
+class SeedsDisplay(display.LiveDisplay):
     """A context manager whose :meth:`update` is called now and then.
 
     Args:
@@ -28,22 +26,10 @@ class SeedsDisplay:
     """
 
     def __init__(self, console: Console, config: TrainConfig, runs: Sequence[SeedRun]) -> None:
-        self._console = console
+        super().__init__(console, per_second=1)
         self._config = config
         self._runs = runs
         self._last_lines = -math.inf
-        self._live = Live(console=console, refresh_per_second=1, transient=False) if console.is_terminal else None
-
-    def __enter__(self) -> SeedsDisplay:
-        if self._live is not None:
-            self._live.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._live is not None:
-            self._live.stop()
 
     def update(self, working: Sequence[SeedRun]) -> None:
         """Show how far the runs are; ``working`` are those at work."""
@@ -65,7 +51,7 @@ class SeedsDisplay:
 
     def _row(self, run: SeedRun, works: bool) -> tuple[str, ...]:
         record = run.last_record()
-        state = "trains" if works else "done" if run.finished else "waits"
+        state = "trains" if works else "done" if run.finished(self._config) else "waits"
         if record is None:
             return str(run.seed), state, "", "", "", "", ""
         total = self._config.total_iterations

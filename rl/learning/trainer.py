@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import shlex
-import signal
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -20,6 +19,7 @@ from rl.learning import checkpoint, config_file, run_dir
 from rl.learning.config import TrainConfig
 from rl.learning.learner import make_ppo
 from rl.learning.run_log import RunLog
+from rl.learning.signals import on_stop
 from rl.learning.stages import MEASURED, Criterion, Stage
 from rl.physics.batch import BatchPhysics
 from rl.physics.model import build_model
@@ -28,7 +28,6 @@ from symdyn.errors import FileProblem, SymdynError
 
 _log = logging.getLogger(__name__)
 _EPISODES_AVERAGED = 200
-_STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def _longest_criterion(stages: tuple[Stage, ...]) -> int:
@@ -339,17 +338,14 @@ class Trainer:
 @contextmanager
 def stop_on_signal() -> Iterator[list[int]]:
     """A list that SIGINT, SIGTERM and SIGHUP fill; a second signal interrupts at once."""
-    received: list[int] = []
+    told = False
 
-    def note(number: int, frame: object) -> None:
-        if received:
+    def note(number: int) -> None:
+        nonlocal told
+        if told:
             raise KeyboardInterrupt
-        received.append(number)
+        told = True
         _log.warning("Stopping after this update. Press Ctrl-C again to stop at once.")
 
-    previous = {number: signal.signal(number, note) for number in _STOPPING}
-    try:
+    with on_stop(note) as received:
         yield received
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)

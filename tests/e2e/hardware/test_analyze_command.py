@@ -203,7 +203,9 @@ class TestReplay:
         assert done.returncode == 0, done.stdout + done.stderr
         assert "cut short" in " ".join(done.stdout.split())
         swaying(tmp_path / "other.onnx")
-        assert_refused(symdyn("replay", short, "other.onnx", cwd=tmp_path), "other.onnx", "is not the policy", "SHA-256")
+        assert_refused(
+            symdyn("replay", short, "other.onnx", cwd=tmp_path), "other.onnx", "is not the policy", "SHA-256"
+        )
         assert_refused(symdyn("replay", short, "none.onnx", cwd=tmp_path), "none.onnx", "No such file")
 
     def test_a_changed_target_is_found(self, log, tmp_path):

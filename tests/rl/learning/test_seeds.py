@@ -51,7 +51,7 @@ def test_each_run_is_what_it_is_alone_and_an_interrupted_one_goes_on(tmp_path: P
     assert again.returncode == 0, again.stdout + again.stderr
     assert [run.seed for run in seeds.runs_of(together)] == [4, 5, 6]
     for run in seeds.runs_of(together):
-        assert run.finished
+        assert run.finished(config_file.load(settings))
         alone = tmp_path / f"alone-{run.seed}"
         config = replace(config_file.load(settings), seed=run.seed, threads=1)
         trainer = Trainer(config, alone)
