@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from hardware.control.least_jerk import least_jerk
 from hardware.estimation.kinematics import JointLimits
 from hardware.wire.readings import Floats
 from symdyn.robot.definition import Robot
@@ -94,7 +95,7 @@ class Excitation:
 
     def positions(self, time: float) -> Floats:
         """The targets ``time`` s after the start, (12,) rad."""
-        away = _smooth(time / MOVE_S) * _smooth((self.duration - time) / MOVE_S)
+        away = least_jerk(time / MOVE_S) * least_jerk((self.duration - time) / MOVE_S)
         pos = self._stance + away * (self._centre - self._stance)
         if (joint := self.joint(time)) is not None:
             within = time - MOVE_S - joint * TURN_S
@@ -125,10 +126,5 @@ class Excitation:
         return [(joint, its.step * (0.0, 1.0, 0.0, -1.0)[int(time // _STEP_S) % 4])]
 
 
-def _smooth(share: float) -> float:
-    share = min(1.0, max(0.0, share))
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)  # the path of least jerk (Flash and Hogan 1985)
-
-
 def _edges(time: float, duration: float) -> float:
-    return _smooth(time / _EDGE_S) * _smooth((duration - time) / _EDGE_S)
+    return least_jerk(time / _EDGE_S) * least_jerk((duration - time) / _EDGE_S)

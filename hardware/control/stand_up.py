@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hardware.control.faults import Fault
+from hardware.control.least_jerk import least_jerk
 from hardware.control.settings import SafetyConfig, StandConfig
 from hardware.estimation.kinematics import LegKinematics
 from hardware.estimation.leg_order import LegOrder
@@ -51,9 +52,7 @@ class StandUp:
 
     def targets(self, time: float) -> Targets:
         """Where the joints shall be ``time`` s after the start."""
-        share = np.clip(time / self._config.rise_s, 0.0, 1.0)
-        smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)  # the path of least jerk (Flash and Hogan 1985)
-        pos = self._start + smooth * (self._stance - self._start)
+        pos = self._start + least_jerk(time / self._config.rise_s) * (self._stance - self._start)
         wiggled, height = self._wiggle(time)
         if wiggled is not None:
             pos[wiggled] += height

@@ -93,7 +93,7 @@ class TestOrbit:
         assert code == 0, err
         assert not (tmp_path / "orbit.gif").exists()
         assert "another lead" in out
-        assert "no gait" in out
+        assert "not a gait" in out
 
     def test_one_branch_of_a_family(self, families, tmp_path):
         second = next((branch for branch in load(families).branches if branch.name == "HG2"), None)
