@@ -54,7 +54,7 @@ class TestNumbers:
     def test_other_events_are_null_and_said(self, report):
         other = OrbitReport(report.orbit, report.family, report.multipliers, math.nan, report.symmetry, None)
         assert other.as_dict()["independent_check"] is None
-        assert "others" in other.check_in_words
+        assert "found different ones" in other.check_in_words
 
 
 class TestShown:
